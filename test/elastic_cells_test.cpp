@@ -2,7 +2,7 @@
 // levels against the sum over the cells of which it is made, all in double.
 
 #include "kernels/data/elastic/hierarchy.hpp"
-#include "kernels/data/elastic/masked_cells.hpp"
+#include "kernels/data/elastic/set_up.hpp"
 #include "kernels/specification/elastic/elastic.hpp"
 #include "reference/finite_elements.hpp"
 #include "test/random_level.hpp"
@@ -191,25 +191,33 @@ TEST_P(ElasticCell, RelaxationLetsNoWaveGrow) {
 
 TEST_P(ElasticCell, MatrixOfAMaskedCellLeavesOutWhatIsPrescribed) {
   Random random{test::Uniform(5)};
-  const auto ratio = ElasticInFloat::poisson_ratio(GetParam());
+  ElasticHierarchy hierarchy;
+  hierarchy.ratio = ElasticInFloat::poisson_ratio(GetParam());
+  ElasticLevel level = empty_level({2, 2});
   for (int round = 0; round < 20; ++round) {
     CellMask mask{};
     for (double& part : mask) {
       part = random.uniform() < 0.5 ? 0.0 : 1.0;
     }
     const auto modulus = [&] { return static_cast<float>(random.modulus()); };
-    const CellMatrix child =
-        cell_matrix(ElasticInFloat::image_cell({modulus(), modulus(), modulus(), modulus()}), ratio);
+    const ElasticInFloat::CellMoments cell =
+        ElasticInFloat::image_cell({modulus(), modulus(), modulus(), modulus()});
+    const std::size_t at = level.grid.index(0, 0);
+    std::size_t number = 0;
+    for (const float moment : {cell.m, cell.mr, cell.ms, cell.mrr, cell.mss, cell.mrs}) {
+      level.moments[number++][at] = moment;
+    }
+    const CellMatrix child = cell_matrix(level, at, hierarchy);
     const int column = static_cast<int>(2.0 * random.uniform());
     const int row = static_cast<int>(2.0 * random.uniform());
-    CellMatrix sum{};
-    add_galerkin(sum, child, column, row, mask);
+    CellMatrix sum(2);
+    add_galerkin(sum, child, static_cast<std::size_t>(column + 2 * row), mask);
     const Values d = random.values();
     Values fine = interpolated(d, column, row);
     Values forces{};
     for (std::size_t i = 0; i < 8; ++i) {
       for (std::size_t j = 0; j < 8; ++j) {
-        forces[i] += mask[i] * child[8 * i + j] * mask[j] * fine[j];
+        forces[i] += mask[i] * child.at(i, j) * mask[j] * fine[j];
       }
     }
     Values expected{};
@@ -217,7 +225,7 @@ TEST_P(ElasticCell, MatrixOfAMaskedCellLeavesOutWhatIsPrescribed) {
     for (std::size_t i = 0; i < 8; ++i) {
       double found = 0.0;
       for (std::size_t j = 0; j < 8; ++j) {
-        found += sum[8 * i + j] * d[j];
+        found += sum.at(i, j) * d[j];
       }
       EXPECT_NEAR(found, expected[i], 1e-10);
     }

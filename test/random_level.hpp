@@ -136,49 +136,63 @@ inline Level elastic_level(Extent extent, Tissue tissue, Held held, double contr
               .confidence = VectorField(extent),
               .modulus = ScalarField(extent)};
   const double turn = 6.0 * uniform();
-  const auto hold = [&](int x, int y, bool in_x, bool in_y) {
-    const std::size_t at = extent.index(x, y);
+  const std::size_t axes = extent.axes();
+  using Held3 = std::array<bool, 3>;
+  const auto hold = [&](int x, int y, int z, const Held3& holds) {
+    const std::size_t at = extent.index(x, y, z);
     const double along = static_cast<double>(x) / extent.width;
     const double down = static_cast<double>(y) / extent.height;
-    level.target[0][at] = static_cast<float>(5.0 * std::sin(turn + 3.0 * along + down));
-    level.target[1][at] = static_cast<float>(5.0 * std::cos(turn - along + 4.0 * down));
-    level.confidence[0][at] = in_x ? 1.0F : level.confidence[0][at];
-    level.confidence[1][at] = in_y ? 1.0F : level.confidence[1][at];
+    const double deep = axes == 3 ? static_cast<double>(z) / extent.depth : 0.0;
+    const std::array<double, 3> target{std::sin(turn + 3.0 * along + down + deep),
+                                       std::cos(turn - along + 4.0 * down - 2.0 * deep),
+                                       std::sin(2.0 * turn - along + down - 3.0 * deep)};
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      level.target[axis][at] = static_cast<float>(5.0 * target[axis]);
+      level.confidence[axis][at] = holds[axis] ? 1.0F : level.confidence[axis][at];
+    }
   };
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      const bool inside = 3 * x > extent.width && 3 * x < 2 * extent.width && 3 * y > extent.height &&
-                          3 * y < 2 * extent.height;
-      const double share = tissue == Tissue::inclusion ? (inside ? 1.0 : 0.0)
-                           : tissue == Tissue::noise   ? uniform()
-                           : tissue == Tissue::layers  ? y / 2 % 2
-                                                       : (x + y) % 2;
-      level.modulus.values[extent.index(x, y)] = static_cast<float>(std::pow(contrast, share));
-      const bool last_x = x == 0 || x + 1 == extent.width;
-      const bool last_y = y == 0 || y + 1 == extent.height;
-      if (held == Held::border) {
-        hold(x, y, last_x, last_y);
-      } else if (held != Held::supports) {
-        hold(x, y, uniform() < 0.03, uniform() < 0.03);
-        hold(x, y, last_x && last_y, last_x && last_y);
-      }
-      if (held == Held::regions && 3 * x < extent.width) {
-        hold(x, y, true, true);
+  const auto is_inside = [](int at, int side) { return 3 * at > side && 3 * at < 2 * side; };
+  for (int z = 0; z < extent.depth; ++z) {
+    for (int y = 0; y < extent.height; ++y) {
+      for (int x = 0; x < extent.width; ++x) {
+        const bool inside = is_inside(x, extent.width) && is_inside(y, extent.height) &&
+                            (axes == 2 || is_inside(z, extent.depth));
+        const double share = tissue == Tissue::inclusion ? (inside ? 1.0 : 0.0)
+                             : tissue == Tissue::noise   ? uniform()
+                             : tissue == Tissue::layers  ? (axes == 3 ? z : y) / 2 % 2
+                                                         : (x + y + z) % 2;
+        level.modulus.values[extent.index(x, y, z)] = static_cast<float>(std::pow(contrast, share));
+        const Held3 last{x == 0 || x + 1 == extent.width, y == 0 || y + 1 == extent.height,
+                         z == 0 || z + 1 == extent.depth};
+        const bool corner = last[0] && last[1] && last[2];
+        if (held == Held::border) {
+          hold(x, y, z, last);
+        } else if (held != Held::supports) {
+          Held3 scattered{};
+          for (std::size_t axis = 0; axis < axes; ++axis) {
+            scattered[axis] = uniform() < 0.03;
+          }
+          hold(x, y, z, scattered);
+          hold(x, y, z, {corner, corner, corner});
+        }
+        if (held == Held::regions && 3 * x < extent.width) {
+          hold(x, y, z, {true, true, true});
+        }
       }
     }
   }
   if (held == Held::springs) {
-    for (auto* const confidences : {&level.confidence[0], &level.confidence[1]}) {
-      for (std::size_t i = 0; i < confidences->size(); ++i) {
-        const bool corner = i == 0 || i + 1 == confidences->size();
-        float& confidence = (*confidences)[i];
-        confidence *= corner ? 1.0F : static_cast<float>(0.01 + 0.98 * uniform());
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      for (std::size_t i = 0; i < extent.sites(); ++i) {
+        const bool corner = i == 0 || i + 1 == extent.sites();
+        level.confidence[axis][i] *= corner ? 1.0F : static_cast<float>(0.01 + 0.98 * uniform());
       }
     }
   }
   if (held == Held::supports) {
     for (int i = 0; i < 4; ++i) {
-      hold((1 + 3 * (i % 2)) * extent.width / 5, (1 + 3 * (i / 2)) * extent.height / 5, true, true);
+      hold((1 + 3 * (i % 2)) * extent.width / 5, (1 + 3 * (i / 2)) * extent.height / 5,
+           i % 2 * (extent.depth - 1), {true, true, true});
     }
   }
   set_inverse_modulus(level);
@@ -189,8 +203,8 @@ inline Level elastic_level(Extent extent, Tissue tissue, Held held, double contr
 inline VectorField random_field(Extent extent, std::uint64_t seed) {
   Uniform uniform(seed);
   VectorField field(extent);
-  for (auto* values : {&field[0], &field[1]}) {
-    for (float& value : *values) {
+  for (std::vector<float>& values : field.planes) {
+    for (float& value : values) {
       value = static_cast<float>(2.0 * uniform() - 1.0);
     }
   }

@@ -13,122 +13,123 @@ namespace hdmbench {
 template <typename Scalar>
 class ElasticAnswers {
   using Arithmetic = Elastic<Scalar>;
-  using Force = typename Arithmetic::Force;
-  using Moments = typename Arithmetic::CellMoments;
-  using Corners = typename Arithmetic::CellCorners;
-  using Tension = typename Arithmetic::CellTension;
-  using Ratio = typename Arithmetic::PoissonRatio;
+  using Volume = ElasticVolume<Scalar>;
 
 public:
-  struct Answer {
-    Scalar x;
-    Scalar y;
-  };
+  /// Of a site, as many as there are axes.
+  using Answer = std::array<Scalar, 3>;
 
   /// Both must outlive this object.
   ElasticAnswers(const ElasticHierarchy& hierarchy, const ElasticFields& fields)
-      : hierarchy_(hierarchy),
-        fields_(fields), ratio_{Scalar(hierarchy.ratio.nu), Scalar(hierarchy.ratio.shear)} {}
+      : hierarchy_(hierarchy), fields_(fields),
+        axes_(hierarchy.levels.front().grid.axes()), ratio_{Scalar(hierarchy.ratio.nu),
+                                                            Scalar(hierarchy.ratio.shear)},
+        lame_(hierarchy.lame) {}
 
-  [[nodiscard]] Answer relax(int level, ElasticField field, int x, int y) const {
-    const std::size_t at = grid(level).index(x, y);
-    const RingedField& current = fields_.at(level, field);
-    return moved(level, at, residual(level, field, x, y), Scalar(current.x[at]), Scalar(current.y[at]));
+  [[nodiscard]] Answer relax(int level, ElasticField field, int x, int y, int z = 0) const {
+    const std::size_t at = grid(level).index(x, y, z);
+    return moved(level, at, residual(level, field, x, y, z), value(level, field, at));
   }
-  [[nodiscard]] Answer relax_from_zero(int level, int x, int y) const {
-    return moved(level, grid(level).index(x, y), load(level, x, y), Scalar(0.0F), Scalar(0.0F));
+  [[nodiscard]] Answer relax_from_zero(int level, int x, int y, int z = 0) const {
+    const std::size_t at = grid(level).index(x, y, z);
+    return moved(level, at, value(level, ElasticField::load, at), Answer{});
   }
-  [[nodiscard]] Answer forces(ElasticField of, int x, int y) const {
-    return on_free(0, grid(0).index(x, y), force_on(0, of, x, y));
+  [[nodiscard]] Answer forces(ElasticField of, int x, int y, int z = 0) const {
+    return on_free(0, grid(0).index(x, y, z), force_on(0, of, x, y, z));
   }
   /// What a site of `level` hands to the coarser one.
-  [[nodiscard]] Answer free_residual(int level, ElasticField of, int x, int y) const {
-    return on_free(level, grid(level).index(x, y), residual(level, of, x, y));
+  [[nodiscard]] Answer free_residual(int level, ElasticField of, int x, int y, int z = 0) const {
+    return on_free(level, grid(level).index(x, y, z), residual(level, of, x, y, z));
   }
-  [[nodiscard]] Answer free_load(int level, int x, int y) const {
-    return on_free(level, grid(level).index(x, y), load(level, x, y));
+  [[nodiscard]] Answer free_load(int level, int x, int y, int z = 0) const {
+    const std::size_t at = grid(level).index(x, y, z);
+    return on_free(level, at, value(level, ElasticField::load, at));
   }
-  /// Of site (x, y) of level + 1. fine(x, y) is the Answer of a site of `level`; beyond the image it is 0.
+  /// Of site (x, y, z) of level + 1. fine(x, y, z) is the Answer of a site of `level`; beyond the image it is
+  /// 0.
   template <typename Fine>
-  [[nodiscard]] Answer restricted(int level, int x, int y, const Fine& fine) const {
+  [[nodiscard]] Answer restricted(int level, int x, int y, int z, const Fine& fine) const {
     const Extent sites = grid(level).sites;
-    const auto value = [&](int i, int j) {
-      const bool inside = i >= 0 && j >= 0 && i < sites.width && j < sites.height;
-      return inside ? fine(i, j) : Answer{Scalar(0.0F), Scalar(0.0F)};
+    const auto inside = [&](int i, int j, int k) {
+      const bool is_inside =
+          i >= 0 && j >= 0 && k >= 0 && i < sites.width && j < sites.height && k < sites.depth;
+      return is_inside ? fine(i, j, k) : Answer{};
     };
-    std::array<Answer, 3> rows;
-    for (int j = 0; j < 3; ++j) {
-      const Answer before = value(2 * x - 1, 2 * y + j - 1);
-      const Answer at = value(2 * x, 2 * y + j - 1);
-      const Answer after = value(2 * x + 1, 2 * y + j - 1);
-      rows[static_cast<std::size_t>(j)] = {Arithmetic::restricted(before.x, at.x, after.x),
-                                           Arithmetic::restricted(before.y, at.y, after.y)};
-    }
-    return {Arithmetic::restricted(rows[0].x, rows[1].x, rows[2].x),
-            Arithmetic::restricted(rows[0].y, rows[1].y, rows[2].y)};
+    const auto along = [&](const auto& of) { // three beside each other
+      const std::array<Answer, 3> three{of(-1), of(0), of(1)};
+      Answer sum{};
+      for (std::size_t axis = 0; axis < axes_; ++axis) {
+        sum[axis] = Arithmetic::restricted(three[0][axis], three[1][axis], three[2][axis]);
+      }
+      return sum;
+    };
+    const auto plane = [&](int k) {
+      return along([&](int j) { return along([&](int i) { return inside(2 * x + i, 2 * y + j, k); }); });
+    };
+    return axes_ == 2 ? plane(0) : along([&](int k) { return plane(2 * z + k); });
   }
-  /// Of a field that is not 0 before. Prescribed components are those of the image.
-  [[nodiscard]] Answer correct(int level, ElasticField field, int x, int y) const {
-    const std::size_t at = grid(level).index(x, y);
-    const RingedField& values = fields_.at(level, field);
-    return corrected(level, at, Scalar(values.x[at]), Scalar(values.y[at]), x, y);
+  /// Of a field that is not 0 before. Prescribed components stay.
+  [[nodiscard]] Answer correct(int level, ElasticField field, int x, int y, int z = 0) const {
+    return corrected(level, value(level, field, grid(level).index(x, y, z)), x, y, z);
   }
-  [[nodiscard]] Answer interpolate(int level, int x, int y) const {
-    return corrected(level, grid(level).index(x, y), Scalar(0.0F), Scalar(0.0F), x, y);
+  [[nodiscard]] Answer interpolate(int level, int x, int y, int z = 0) const {
+    return corrected(level, Answer{}, x, y, z);
   }
-  [[nodiscard]] Answer solve_coarsest(int x, int y) const {
+  [[nodiscard]] Answer solve_coarsest(int x, int y, int z = 0) const {
     const int level = static_cast<int>(hierarchy_.levels.size()) - 1;
     const Extent sites = grid(level).sites;
-    const std::size_t size = 2 * sites.sites();
-    const std::size_t row = 2 * sites.index(x, y);
-    const std::vector<float>& inverse = hierarchy_.coarsest_inverse;
-    Answer sum{Scalar(0.0F), Scalar(0.0F)};
-    for (int j = 0; j < sites.height; ++j) {
-      for (int i = 0; i < sites.width; ++i) {
-        const std::size_t column = 2 * sites.index(i, j);
-        const Answer one = load(level, i, j);
-        sum.x = Arithmetic::with_term(sum.x, Scalar(inverse[column * size + row]), one.x);
-        sum.x = Arithmetic::with_term(sum.x, Scalar(inverse[(column + 1) * size + row]), one.y);
-        sum.y = Arithmetic::with_term(sum.y, Scalar(inverse[column * size + row + 1]), one.x);
-        sum.y = Arithmetic::with_term(sum.y, Scalar(inverse[(column + 1) * size + row + 1]), one.y);
+    const std::size_t size = axes_ * sites.sites();
+    const std::size_t row = axes_ * sites.index(x, y, z);
+    Answer sum{};
+    std::size_t column = 0;
+    for_each_site(sites, [&](int i, int j, int k) {
+      const Answer one = value(level, ElasticField::load, grid(level).index(i, j, k));
+      for (std::size_t of = 0; of < axes_; ++of, ++column) {
+        for (std::size_t axis = 0; axis < axes_; ++axis) {
+          const Scalar entry(hierarchy_.coarsest_inverse[column * size + row + axis]);
+          sum[axis] = Arithmetic::with_term(sum[axis], entry, one[of]);
+        }
       }
+    });
+    return sum;
+  }
+  [[nodiscard]] Answer advance(ElasticField value_, float factor, ElasticField direction, int x, int y,
+                               int z = 0) const {
+    const std::size_t at = grid(0).index(x, y, z);
+    const Answer along = value(0, direction, at);
+    Answer sum = value(0, value_, at);
+    for (std::size_t axis = 0; axis < axes_; ++axis) {
+      sum[axis] = Arithmetic::advanced(sum[axis], Scalar(factor), along[axis]);
     }
     return sum;
   }
-  [[nodiscard]] Answer advance(ElasticField value, float factor, ElasticField direction, int x, int y) const {
-    const std::size_t at = grid(0).index(x, y);
-    const RingedField& from = fields_.at(0, value);
-    const RingedField& along = fields_.at(0, direction);
-    return {Arithmetic::advanced(Scalar(from.x[at]), Scalar(factor), Scalar(along.x[at])),
-            Arithmetic::advanced(Scalar(from.y[at]), Scalar(factor), Scalar(along.y[at]))};
-  }
   [[nodiscard]] Scalar dot(ElasticField first, ElasticField second) const {
     Extent extent = grid(0).sites;
-    std::vector<Scalar> sums(extent.sites());
-    const RingedField& a = fields_.at(0, first);
-    const RingedField& b = fields_.at(0, second);
-    for (int y = 0; y < extent.height; ++y) {
-      for (int x = 0; x < extent.width; ++x) {
-        const std::size_t at = grid(0).index(x, y);
-        sums[extent.index(x, y)] =
-            Arithmetic::site_product(Scalar(a.x[at]), Scalar(b.x[at]), Scalar(a.y[at]), Scalar(b.y[at]));
-      }
-    }
+    std::vector<Scalar> sums;
+    for_each_site(extent, [&](int x, int y, int z) {
+      const std::size_t at = grid(0).index(x, y, z);
+      const Answer a = value(0, first, at);
+      const Answer b = value(0, second, at);
+      const Scalar product = Arithmetic::site_product(a[0], b[0], a[1], b[1]);
+      sums.push_back(axes_ == 2 ? product : Arithmetic::with_term(product, a[2], b[2]));
+    });
     while (extent.sites() > 1) {
-      const auto value = [&](int x, int y) {
-        return x < extent.width && y < extent.height ? sums[extent.index(x, y)] : Scalar(0.0F);
+      const auto sum_of = [&](int x, int y, int z) { // of 2 x 2
+        const auto one = [&](int i, int j) {
+          const bool is_inside = 2 * x + i < extent.width && 2 * y + j < extent.height && z < extent.depth;
+          return is_inside ? sums[extent.index(2 * x + i, 2 * y + j, z)] : Scalar(0.0F);
+        };
+        return Arithmetic::square_sum(one(0, 0), one(1, 0), one(0, 1), one(1, 1));
       };
-      const Extent squares{(extent.width + 1) / 2, (extent.height + 1) / 2};
-      std::vector<Scalar> next(squares.sites());
-      for (int y = 0; y < squares.height; ++y) {
-        for (int x = 0; x < squares.width; ++x) {
-          next[squares.index(x, y)] =
-              Arithmetic::square_sum(value(2 * x, 2 * y), value(2 * x + 1, 2 * y), value(2 * x, 2 * y + 1),
-                                     value(2 * x + 1, 2 * y + 1));
-        }
-      }
+      const Extent halves{(extent.width + 1) / 2, (extent.height + 1) / 2, (extent.depth + 1) / 2};
+      std::vector<Scalar> next;
+      for_each_site(halves, [&](int x, int y, int z) {
+        next.push_back(axes_ == 2
+                           ? sum_of(x, y, 0)
+                           : Arithmetic::corrected_by_one(sum_of(x, y, 2 * z), sum_of(x, y, 2 * z + 1)));
+      });
       sums = std::move(next);
-      extent = squares;
+      extent = halves;
     }
     return sums.front();
   }
@@ -138,114 +139,197 @@ private:
     return hierarchy_.levels.at(static_cast<std::size_t>(level));
   }
   [[nodiscard]] const RingedGrid& grid(int level) const { return level_at(level).grid; }
-
-  [[nodiscard]] Answer load(int level, int x, int y) const {
-    const std::size_t at = grid(level).index(x, y);
-    const RingedField& load = fields_.at(level, ElasticField::load);
-    return {Scalar(load.x[at]), Scalar(load.y[at])};
-  }
-
-  /// What cell (x, y) does to its corner, 0 ... 3 in reading order. Cells of the ring do nothing.
-  [[nodiscard]] Force force_of_cell(int level, ElasticField field, int x, int y, int corner) const {
-    const ElasticLevel& here = level_at(level);
+  [[nodiscard]] Answer value(int level, ElasticField field, std::size_t at) const {
     const RingedField& values = fields_.at(level, field);
-    const std::size_t at = here.grid.index(x, y);
-    const auto corners = [&](const std::vector<float>& of) {
-      return Corners{Scalar(of[at]), Scalar(of[at + 1]), Scalar(of[at + here.grid.pitch]),
-                     Scalar(of[at + here.grid.pitch + 1])};
-    };
-    const Corners dx = corners(values.x);
-    const Corners dy = corners(values.y);
-    const auto [first, last] = here.masked.row(y);
-    for (std::size_t i = first; i < last; ++i) {
-      if (here.masked.cells[i].x == x) {
-        return force_of_masked(here.masked.cells[i], dx, dy, corner);
+    Answer result{};
+    for (std::size_t axis = 0; axis < axes_; ++axis) {
+      result[axis] = Scalar(values[axis][at]);
+    }
+    return result;
+  }
+  /// Whether components of the level may be prescribed.
+  [[nodiscard]] bool has_prescribed(int level) const { return level == 0 || axes_ == 3; }
+
+  /// call(x, y, z) for every site, in reading order.
+  template <typename Call>
+  static void for_each_site(Extent sites, const Call& call) {
+    for (int z = 0; z < sites.depth; ++z) {
+      for (int y = 0; y < sites.height; ++y) {
+        for (int x = 0; x < sites.width; ++x) {
+          call(x, y, z);
+        }
       }
     }
-    const ElasticInFloat::CellMoments cell = here.cell(at);
-    const Moments moments{Scalar(cell.m),   Scalar(cell.mr),  Scalar(cell.ms),
-                          Scalar(cell.mrr), Scalar(cell.mss), Scalar(cell.mrs)};
-    const Tension tension = Arithmetic::cell_tension(moments, dx, dy, ratio_);
-    return corner == 0   ? Arithmetic::force_on_top_left(tension)
-           : corner == 1 ? Arithmetic::force_on_top_right(tension)
-           : corner == 2 ? Arithmetic::force_on_bottom_left(tension)
-                         : Arithmetic::force_on_bottom_right(tension);
   }
 
-  [[nodiscard]] static Force force_of_masked(const MaskedCell& cell, const Corners& dx, const Corners& dy,
-                                             int corner) {
-    const std::array values{dx.top_left,    dy.top_left,    dx.top_right,    dy.top_right,
-                            dx.bottom_left, dy.bottom_left, dx.bottom_right, dy.bottom_right};
-    const std::size_t row = 2 * static_cast<std::size_t>(corner);
-    Force force{Scalar(0.0F), Scalar(0.0F)};
-    for (std::size_t column = 0; column < 8; ++column) {
-      force.x = Arithmetic::masked_force(force.x, Scalar(cell.stiffness[8 * column + row]), values[column]);
-      force.y =
-          Arithmetic::masked_force(force.y, Scalar(cell.stiffness[8 * column + row + 1]), values[column]);
+  /// What cell (x, y, z) does to one of its corners, x in the lowest bit of its number. Cells of the ring do
+  /// nothing.
+  [[nodiscard]] Answer force_of_cell(int level, ElasticField field, int x, int y, int z,
+                                     std::size_t corner) const {
+    const ElasticLevel& here = level_at(level);
+    const Extent cells = here.grid.cells();
+    const RingedField& values = fields_.at(level, field);
+    const std::size_t at = here.grid.index(x, y, z);
+    if (x < 0 || y < 0 || z < 0 || x >= cells.width || y >= cells.height || z >= cells.depth) {
+      return Answer{};
+    }
+    const auto site = [&](std::size_t axis, std::size_t of) {
+      return Scalar(values[axis][at + here.grid.to_corner(of)]);
+    };
+    const auto [first, last] = here.masked.row(y, z);
+    for (std::size_t i = first; i < last; ++i) {
+      if (here.masked.x[i] == x) {
+        return force_of_masked(here.masked, i, corner, site);
+      }
+    }
+    return axes_ == 2 ? force_in_image(here.cell(at), corner, site)
+                      : force_in_volume(here.template volume_cell<Scalar>(at), corner, site);
+  }
+
+  template <typename Site>
+  [[nodiscard]] Answer force_in_image(const ElasticInFloat::CellMoments& cell, std::size_t corner,
+                                      const Site& site) const {
+    const typename Arithmetic::CellMoments moments{Scalar(cell.m),   Scalar(cell.mr),  Scalar(cell.ms),
+                                                   Scalar(cell.mrr), Scalar(cell.mss), Scalar(cell.mrs)};
+    const auto corners = [&](std::size_t axis) {
+      return typename Arithmetic::CellCorners{site(axis, 0), site(axis, 1), site(axis, 2), site(axis, 3)};
+    };
+    const auto tension = Arithmetic::cell_tension(moments, corners(0), corners(1), ratio_);
+    const auto force = corner == 0   ? Arithmetic::force_on_top_left(tension)
+                       : corner == 1 ? Arithmetic::force_on_top_right(tension)
+                       : corner == 2 ? Arithmetic::force_on_bottom_left(tension)
+                                     : Arithmetic::force_on_bottom_right(tension);
+    return {force.x, force.y, Scalar(0.0F)};
+  }
+
+  template <typename Site>
+  [[nodiscard]] Answer force_in_volume(const typename Volume::CellMoments& moments, std::size_t corner,
+                                       const Site& site) const {
+    const auto of = [&](std::size_t axis) {
+      return Volume::coefficients_of({site(axis, 0), site(axis, 1), site(axis, 2), site(axis, 3),
+                                      site(axis, 4), site(axis, 5), site(axis, 6), site(axis, 7)});
+    };
+    const auto tension = Volume::cell_tension(moments, of(0), of(1), of(2), lame_);
+    const auto force = [&](const typename Volume::Coefficients& component) {
+      const typename Volume::CellCorners f = Volume::forces_of(component);
+      return std::array{f.c000, f.c100, f.c010, f.c110, f.c001, f.c101, f.c011, f.c111}[corner];
+    };
+    return {force(tension.x), force(tension.y), force(tension.z)};
+  }
+
+  template <typename Site>
+  [[nodiscard]] Answer force_of_masked(const MaskedCells& masked, std::size_t cell, std::size_t corner,
+                                       const Site& site) const {
+    const float* const matrix = masked.matrix(cell);
+    Answer force{};
+    for (std::size_t column = 0; column < masked.components; ++column) {
+      for (std::size_t axis = 0; axis < axes_; ++axis) {
+        force[axis] = Arithmetic::masked_force(
+            force[axis], Scalar(matrix[masked.components * column + axes_ * corner + axis]),
+            site(column % axes_, column / axes_));
+      }
     }
     return force;
   }
 
-  [[nodiscard]] Force force_on(int level, ElasticField field, int x, int y) const {
-    return Arithmetic::sum_of_cells(
-        force_of_cell(level, field, x - 1, y - 1, 3), force_of_cell(level, field, x, y - 1, 2),
-        force_of_cell(level, field, x - 1, y, 1), force_of_cell(level, field, x, y, 0));
+  /// Of the cells around: along x, then y, then z.
+  [[nodiscard]] Answer force_on(int level, ElasticField field, int x, int y, int z) const {
+    const auto slab = [&](int cell_z, std::size_t far) {
+      const Answer north_west = force_of_cell(level, field, x - 1, y - 1, cell_z, far + 3);
+      const Answer north_east = force_of_cell(level, field, x, y - 1, cell_z, far + 2);
+      const Answer south_west = force_of_cell(level, field, x - 1, y, cell_z, far + 1);
+      const Answer south_east = force_of_cell(level, field, x, y, cell_z, far);
+      Answer sum{};
+      for (std::size_t axis = 0; axis < axes_; ++axis) {
+        sum[axis] =
+            Arithmetic::square_sum(north_west[axis], north_east[axis], south_west[axis], south_east[axis]);
+      }
+      return sum;
+    };
+    return axes_ == 2 ? slab(0, 0) : sum_of(slab(z - 1, 4), slab(z, 0));
+  }
+
+  [[nodiscard]] Answer sum_of(const Answer& first, const Answer& second) const {
+    Answer sum{};
+    for (std::size_t axis = 0; axis < axes_; ++axis) {
+      sum[axis] = Arithmetic::corrected_by_one(first[axis], second[axis]);
+    }
+    return sum;
   }
 
   /// With the load, where the field is a correction.
-  [[nodiscard]] Answer residual(int level, ElasticField field, int x, int y) const {
-    const Force force = force_on(level, field, x, y);
-    if (field != ElasticField::correction) {
-      return {force.x, force.y};
+  [[nodiscard]] Answer residual(int level, ElasticField field, int x, int y, int z) const {
+    const Answer force = force_on(level, field, x, y, z);
+    return field != ElasticField::correction
+               ? force
+               : sum_of(value(level, ElasticField::load, grid(level).index(x, y, z)), force);
+  }
+
+  [[nodiscard]] Answer moved(int level, std::size_t at, const Answer& residual, const Answer& before) const {
+    const auto response = [&](std::size_t row, std::size_t column) {
+      return Scalar(level_at(level).response[symmetric_entry(axes_, row, column)][at]);
+    };
+    Answer after{};
+    for (std::size_t axis = 0; axis < axes_; ++axis) {
+      const std::size_t other = axis == 0 ? 1 : 0;
+      const std::size_t last = axis == 2 ? 1 : 2;
+      after[axis] = axes_ == 2 ? Arithmetic::relaxed(before[axis], response(axis, axis), residual[axis],
+                                                     response(axis, other), residual[other])
+                               : Volume::relaxed_in_volume(before[axis], response(axis, axis), residual[axis],
+                                                           response(axis, other), residual[other],
+                                                           response(axis, last), residual[last]);
     }
-    const Answer pull = load(level, x, y);
-    const Force left = Arithmetic::residual_of({pull.x, pull.y}, force);
-    return {left.x, left.y};
+    return after;
   }
 
-  [[nodiscard]] Answer moved(int level, std::size_t at, const Answer& residual, const Scalar& x,
-                             const Scalar& y) const {
-    const auto& response = level_at(level).response;
-    const Scalar across(response[1][at]);
-    return {Arithmetic::relaxed(x, Scalar(response[0][at]), residual.x, across, residual.y),
-            Arithmetic::relaxed(y, Scalar(response[2][at]), residual.y, across, residual.x)};
+  [[nodiscard]] bool is_free(int level, std::size_t axis, std::size_t at) const {
+    return !has_prescribed(level) || level_at(level).response[symmetric_entry(axes_, axis, axis)][at] > 0.0F;
   }
 
-  template <typename Pair>
-  [[nodiscard]] Answer on_free(int level, std::size_t at, const Pair& force) const {
-    const auto& response = level_at(level).response;
-    return level > 0 ? Answer{force.x, force.y} // on coarse levels nothing pulls at prescribed components
-                     : Answer{Arithmetic::free_part(force.x, Scalar(response[0][at])),
-                              Arithmetic::free_part(force.y, Scalar(response[2][at]))};
-  }
-
-  [[nodiscard]] Answer corrected(int level, std::size_t at, const Scalar& before_x, const Scalar& before_y,
-                                 int x, int y) const {
-    const RingedField& coarse = fields_.at(level + 1, ElasticField::correction);
-    const RingedGrid& around = grid(level + 1);
-    const std::array corners{around.index(x / 2, y / 2), around.index(x / 2 + x % 2, y / 2),
-                             around.index(x / 2, y / 2 + y % 2), around.index(x / 2 + x % 2, y / 2 + y % 2)};
-    const auto& response = level_at(level).response;
-    const bool is_image = level == 0;
-    return {is_image && !(response[0][at] > 0.0F) ? before_x : corrected(before_x, coarse.x, corners, x, y),
-            is_image && !(response[2][at] > 0.0F) ? before_y : corrected(before_y, coarse.y, corners, x, y)};
-  }
-
-  [[nodiscard]] static Scalar corrected(const Scalar& value, const std::vector<float>& coarse,
-                                        const std::array<std::size_t, 4>& around, int x, int y) {
-    const auto at = [&](std::size_t corner) { return Scalar(coarse[around.at(corner)]); };
-    if (x % 2 == 0 && y % 2 == 0) {
-      return Arithmetic::corrected_by_one(value, at(0));
+  /// On coarse levels of an image nothing pulls at prescribed components.
+  [[nodiscard]] Answer on_free(int level, std::size_t at, const Answer& force) const {
+    Answer result = force;
+    for (std::size_t axis = 0; axis < axes_ && has_prescribed(level); ++axis) {
+      const Scalar straight(level_at(level).response[symmetric_entry(axes_, axis, axis)][at]);
+      result[axis] = Arithmetic::free_part(force[axis], straight);
     }
-    if (x % 2 == 0 || y % 2 == 0) {
-      return Arithmetic::corrected_by_two(value, at(0), at(3));
+    return result;
+  }
+
+  [[nodiscard]] Answer corrected(int level, const Answer& before, int x, int y, int z) const {
+    const RingedGrid& coarse = grid(level + 1);
+    const std::size_t at = grid(level).index(x, y, z);
+    const std::size_t first = coarse.index(x / 2, y / 2, z / 2);
+    Answer result = before;
+    for (std::size_t axis = 0; axis < axes_; ++axis) {
+      const std::vector<float>& values = fields_.at(level + 1, ElasticField::correction)[axis];
+      std::array<Scalar, 8> around{};
+      std::size_t count = 0;
+      for (std::size_t corner = 0; corner < std::size_t{1} << axes_; ++corner) {
+        const auto bit = [&](std::size_t along) { return static_cast<int>(corner >> along & 1); };
+        if (bit(0) <= x % 2 && bit(1) <= y % 2 && bit(2) <= z % 2) {
+          around[count++] = Scalar(values[first + coarse.to_corner(corner)]);
+        }
+      }
+      if (!is_free(level, axis, at)) {
+        continue;
+      }
+      const Scalar& value = before[axis];
+      result[axis] = count == 1   ? Arithmetic::corrected_by_one(value, around[0])
+                     : count == 2 ? Arithmetic::corrected_by_two(value, around[0], around[1])
+                     : count == 4
+                         ? Arithmetic::corrected_by_four(value, around[0], around[1], around[2], around[3])
+                         : Volume::corrected_by_eight(value, around[0], around[1], around[2], around[3],
+                                                      around[4], around[5], around[6], around[7]);
     }
-    return Arithmetic::corrected_by_four(value, at(0), at(1), at(2), at(3));
+    return result;
   }
 
   const ElasticHierarchy& hierarchy_;
   const ElasticFields& fields_;
-  Ratio ratio_;
+  std::size_t axes_;
+  typename Arithmetic::PoissonRatio ratio_;
+  Scalar lame_;
 };
 
 } // namespace hdmbench

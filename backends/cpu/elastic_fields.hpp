@@ -9,14 +9,17 @@
 
 namespace hdmbench {
 
-/// Both components of a field in a RingedGrid, the ring being 0.
+/// The components of a field in a RingedGrid, the ring being 0.
 struct RingedField {
-  std::vector<float> x;
-  std::vector<float> y;
+  std::array<std::vector<float>, 3> planes; ///< one for each axis of the grid
+
+  [[nodiscard]] std::vector<float>& operator[](std::size_t axis) { return planes[axis]; }
+  [[nodiscard]] const std::vector<float>& operator[](std::size_t axis) const { return planes[axis]; }
 
   void require(const RingedGrid& grid) {
-    x.resize(grid.size());
-    y.resize(grid.size());
+    for (std::size_t axis = 0; axis < grid.axes(); ++axis) {
+      planes[axis].resize(grid.size());
+    }
   }
 };
 
@@ -41,26 +44,32 @@ public:
 
   /// Values of the level's extent.
   void write(int level, ElasticField field, const VectorField& values) {
-    const RingedGrid& grid = grids_.at(static_cast<std::size_t>(level));
     RingedField& to = at(level, field);
-    for (int y = 0; y < grid.sites.height; ++y) {
-      const std::size_t from = grid.sites.index(0, y);
-      std::copy_n(values[0].data() + from, grid.sites.width, to.x.data() + grid.index(0, y));
-      std::copy_n(values[1].data() + from, grid.sites.width, to.y.data() + grid.index(0, y));
-    }
+    for_each_row(level, [&](std::size_t axis, std::size_t outside, std::size_t inside, int width) {
+      std::copy_n(values[axis].data() + outside, width, to[axis].data() + inside);
+    });
   }
   void read(int level, ElasticField field, VectorField& values) const {
-    const RingedGrid& grid = grids_.at(static_cast<std::size_t>(level));
     const RingedField& from = at(level, field);
-    values = VectorField(grid.sites);
-    for (int y = 0; y < grid.sites.height; ++y) {
-      const std::size_t to = grid.sites.index(0, y);
-      std::copy_n(from.x.data() + grid.index(0, y), grid.sites.width, values[0].data() + to);
-      std::copy_n(from.y.data() + grid.index(0, y), grid.sites.width, values[1].data() + to);
-    }
+    values = VectorField(grids_.at(static_cast<std::size_t>(level)).sites);
+    for_each_row(level, [&](std::size_t axis, std::size_t outside, std::size_t inside, int width) {
+      std::copy_n(from[axis].data() + inside, width, values[axis].data() + outside);
+    });
   }
 
 private:
+  /// call(axis, where the row begins in a VectorField, and in a RingedField, width)
+  template <typename Call>
+  void for_each_row(int level, const Call& call) const {
+    const RingedGrid& grid = grids_.at(static_cast<std::size_t>(level));
+    const Extent sites = grid.sites;
+    for (std::size_t axis = 0; axis < sites.axes(); ++axis) {
+      for (int row = 0; row < sites.height * sites.depth; ++row) {
+        call(axis, sites.index(0, row), grid.index(0, row % sites.height, row / sites.height), sites.width);
+      }
+    }
+  }
+
   RingedField& required(std::size_t level, ElasticField field) const {
     RingedField& result = levels_.at(level)[static_cast<std::size_t>(field)];
     result.require(grids_.at(level));

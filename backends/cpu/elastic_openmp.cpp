@@ -6,6 +6,9 @@
 #include <omp.h>
 
 #include <algorithm>
+#include <array>
+#include <cstdint>
+#include <utility>
 #include <vector>
 
 namespace hdmbench {
@@ -19,180 +22,436 @@ using openmp::ElasticRow;
 using openmp::ElasticRows;
 using openmp::Response;
 
-/// From the first site of a row on.
-ElasticRow row_of(const RingedGrid& grid, RingedField& field, int y) {
-  return {field.x.data() + grid.index(0, y), field.y.data() + grid.index(0, y)};
-}
-ConstElasticRow row_of(const RingedGrid& grid, const RingedField& field, int y) {
-  return {field.x.data() + grid.index(0, y), field.y.data() + grid.index(0, y)};
-}
+/// The last axis of a grid is what threads share: rows of an image, planes of a volume. A plane of an image
+/// is a single row.
+struct Planes {
+  explicit Planes(const RingedGrid& grid_)
+      : grid(&grid_), rows(grid_.axes() == 3 ? grid_.sites.height : 1),
+        count(grid_.axes() == 3 ? grid_.sites.depth : grid_.sites.height) {}
 
-Response response_of(const ElasticLevel& level, int y) {
-  const std::size_t at = level.grid.index(0, y);
-  return {level.response[0].data() + at, level.response[1].data() + at, level.response[2].data() + at};
-}
-
-/// What one thread does on its band of rows: one row of cells after the other, each computed once, from which
-/// the sites above and below take their forces.
-class ElasticBand {
-public:
-  ElasticBand(const ElasticRows& rows, const ElasticHierarchy& hierarchy)
-      : rows_(&rows), ratio_(hierarchy.ratio),
-        pitch_(hierarchy.levels.front().grid.pitch + 2 * RingedGrid::margin), lines_(2 * line_count * pitch_),
-        tension_(5 * pitch_) {}
-
-  /// Copies the rows of other bands that touch `band`, before anybody overwrites them: residuals() reads
-  /// these.
-  void keep_neighbours(const RingedGrid& grid, const RingedField& values, Band band) {
-    const auto keep = [&](int y, Line to) {
-      const ElasticRow kept = line(to);
-      const ConstElasticRow from = row_of(grid, values, y);
-      // With the ring on both sides.
-      std::copy_n(from.x - 1, grid.sites.width + 2, kept.x - 1);
-      std::copy_n(from.y - 1, grid.sites.width + 2, kept.y - 1);
-    };
-    keep(band.first - 1, north_line);
-    keep(band.last, south_line);
+  [[nodiscard]] std::size_t index(int row, int plane) const {
+    return grid->axes() == 3 ? grid->index(0, row, plane) : grid->index(0, plane);
   }
 
-  /// use(y, residual) for every row of the band, from the north on; where neighbours are `kept` it may
-  /// overwrite row y of `values`. `load` may be null.
+  const RingedGrid* grid;
+  int rows; ///< of a plane
+  int count;
+};
+
+/// From the first site of a row on.
+ElasticRow row_of(const RingedGrid& grid, RingedField& field, std::size_t at) {
+  ElasticRow row;
+  for (std::size_t axis = 0; axis < grid.axes(); ++axis) {
+    row.of[axis] = field[axis].data() + at;
+  }
+  return row;
+}
+ConstElasticRow row_of(const RingedGrid& grid, const RingedField& field, std::size_t at) {
+  ConstElasticRow row;
+  for (std::size_t axis = 0; axis < grid.axes(); ++axis) {
+    row.of[axis] = field[axis].data() + at;
+  }
+  return row;
+}
+
+Response response_of(const ElasticLevel& level, std::size_t at) {
+  Response response;
+  for (std::size_t entry = 0; entry < level.response.size(); ++entry) {
+    response.entry[entry] = level.response[entry].data() + at;
+  }
+  return response;
+}
+
+/// Of a component's own axis.
+const float* straight_of(const ElasticLevel& level, std::size_t axis, std::size_t at) {
+  return level.response[symmetric_entry(level.grid.axes(), axis, axis)].data() + at;
+}
+
+/// In which blocks of 16 cells a row of the image of a volume has cells of more than one modulus.
+class MixedCells {
+public:
+  static constexpr int block = 16;
+
+  MixedCells() = default;
+  explicit MixedCells(const ElasticLevel& image)
+      : rows_(image.grid.sites.height), blocks_(static_cast<std::size_t>(image.grid.sites.width / block + 1)),
+        is_mixed_(blocks_ * static_cast<std::size_t>(rows_) *
+                  static_cast<std::size_t>(image.grid.sites.depth)) {
+    const Extent cells = image.grid.cells();
+#pragma omp parallel for if (image.grid.sites.sites() > sites_worth_threads)
+    for (int z = 0; z < cells.depth; ++z) {
+      for (int y = 0; y < cells.height; ++y) {
+        const float* const first = image.moments[0].data() + image.grid.index(0, y, z);
+        std::uint8_t* const to = is_mixed_.data() + begin(y, z);
+        for (int x = 0; x < cells.width; ++x) {
+          bool differs = false;
+          for (std::size_t corner = 1; corner < 8; ++corner) {
+            differs |= first[x] != first[static_cast<std::size_t>(x) + image.grid.to_corner(corner)];
+          }
+          to[x / block] |= static_cast<std::uint8_t>(differs);
+        }
+      }
+    }
+  }
+
+  /// call(first, last) for runs of cells of row (y, z), of which there are so many.
+  template <typename Call>
+  void for_each_run(int y, int z, int cells, const Call& call) const {
+    const std::uint8_t* const mixed = is_mixed_.data() + begin(y, z);
+    const int blocks = (cells + block - 1) / block;
+    for (int first = 0; first < blocks;) {
+      int last = first;
+      while (last < blocks && mixed[last] != 0) {
+        ++last;
+      }
+      if (last > first) {
+        call(first * block, std::min(last * block, cells));
+      }
+      first = last + 1;
+    }
+  }
+
+private:
+  [[nodiscard]] std::size_t begin(int y, int z) const {
+    return blocks_ *
+           (static_cast<std::size_t>(z) * static_cast<std::size_t>(rows_) + static_cast<std::size_t>(y));
+  }
+
+  int rows_ = 0;
+  std::size_t blocks_ = 0;
+  std::vector<std::uint8_t> is_mixed_;
+};
+
+/// What one thread does on its band of planes: one row of cells after the other, each computed once, from
+/// which the sites at its corners take their forces.
+class ElasticBand {
+public:
+  ElasticBand(const ElasticRows& rows, const ElasticHierarchy& hierarchy, const MixedCells& mixed)
+      : rows_(&rows), mixed_(&mixed), ratio_(hierarchy.ratio), lame_(hierarchy.lame),
+        axes_(hierarchy.levels.front().grid.axes()),
+        pitch_(hierarchy.levels.front().grid.pitch + 2 * RingedGrid::margin),
+        lines_(axes_ * line_count * pitch_), tension_((axes_ == 3 ? 24 : 5) * pitch_),
+        plane_(static_cast<std::size_t>(Planes(hierarchy.levels.front().grid).rows) * pitch_) {}
+
+  /// Copies the planes of other bands that touch `band`, before anybody overwrites them: residuals() reads
+  /// these.
+  void keep_neighbours(const RingedGrid& grid, const RingedField& values, Band band) {
+    const Planes planes(grid);
+    const auto keep = [&](int plane, PlaneBuffer to) {
+      if (axes_ == 3 && (plane < 0 || plane >= planes.count)) {
+        return; // no cell is there
+      }
+      for (int row = 0; row < planes.rows; ++row) {
+        const ElasticRow kept = line_of(to, row);
+        const ConstElasticRow from = row_of(grid, values, planes.index(row, plane));
+        for (std::size_t axis = 0; axis < axes_; ++axis) { // with the ring on both sides
+          std::copy_n(from.of[axis] - 1, grid.sites.width + 2, kept.of[axis] - 1);
+        }
+      }
+    };
+    keep(band.first - 1, before_plane);
+    keep(band.last, behind_plane);
+  }
+
+  /// use(row, plane, residual) for every row of the band's planes, in their order; where neighbours are
+  /// `kept` it may overwrite that row of `values`. `load` may be null.
   template <typename Use>
   void residuals(const ElasticLevel& level, const RingedField& values, const RingedField* load, Band band,
                  bool kept, const Use& use) {
     if (band.first >= band.last) {
       return;
     }
-    const auto row_at = [&](int y) {
-      return kept && y < band.first   ? ConstElasticRow(line(north_line))
-             : kept && y >= band.last ? ConstElasticRow(line(south_line))
-                                      : row_of(level.grid, values, y);
+    const Planes planes(level.grid);
+    const auto row_at = [&](int row, int plane) {
+      return kept && plane < band.first   ? ConstElasticRow(line_of(before_plane, row))
+             : kept && plane >= band.last ? ConstElasticRow(line_of(behind_plane, row))
+                                          : row_of(level.grid, values, planes.index(row, plane));
     };
-    cells(level, band.first - 1, row_at(band.first - 1), row_at(band.first));
-    for (int y = band.first; y < band.last; ++y) {
-      cells(level, y, row_at(y), row_at(y + 1));
-      const ElasticRow result = line(residual_line);
-      rows_->residual(level.grid.sites.width,
-                      load == nullptr ? ConstElasticRow{} : row_of(level.grid, *load, y), on_below(y - 1),
-                      line(above_line), result);
-      use(y, ConstElasticRow(result));
+    const int width = level.grid.sites.width;
+    const ElasticRow result = line(residual_line);
+    for (int plane = band.first - 1; plane < band.last; ++plane) {
+      clear(line(south_));
+      clear(line(far_south_));
+      for (int row = 0; row < planes.rows; ++row) {
+        const ElasticRow carried = line_of(carried_plane, row);
+        const bool has_cells = cells(level, row, plane, row_at);
+        if (plane >= band.first) {
+          const ConstElasticRow pull =
+              load == nullptr ? ConstElasticRow{} : row_of(level.grid, *load, planes.index(row, plane));
+          for (std::size_t axis = 0; axis < axes_; ++axis) {
+            rows_->residual(width, pull.of[axis], carried.of[axis], line(near_line).of[axis],
+                            result.of[axis]);
+          }
+          use(row, plane, ConstElasticRow(result));
+        }
+        carry(has_cells, width, carried);
+      }
     }
   }
 
-  /// The load of coarse rows `band` from fine rows: rows(first and last fine row, use), which has use(y,
-  /// residual) called for each of these in turn. A coarse row is written when it has its three.
+  /// The load of coarse planes `band` from fine rows: rows(first and last fine plane, use), which has
+  /// use(row, plane, residual) called for each of these in turn. A coarse plane is written when it has its
+  /// three.
   template <typename Rows>
-  void restrict_rows(const ElasticLevel& fine, bool is_image, Band band, const RingedGrid& coarse,
+  void restrict_rows(const ElasticLevel& fine, bool has_prescribed, Band band, const RingedGrid& coarse,
                      RingedField& load, const Rows& rows) {
-    const Extent sites = fine.grid.sites;
-    const auto write_coarse = [&](int y) {
-      const ElasticRow to = row_of(coarse, load, y);
-      const ElasticRow before = restricted(2 * y - 1);
-      const ElasticRow at = restricted(2 * y);
-      const ElasticRow after = restricted(2 * y + 1);
-      rows_->restrict_across(coarse.sites.width, before.x, at.x, after.x, to.x);
-      rows_->restrict_across(coarse.sites.width, before.y, at.y, after.y, to.y);
+    const Planes from(fine.grid);
+    const Planes to(coarse);
+    const int width = coarse.sites.width;
+    const auto restricted_plane = [&](int plane) {
+      return static_cast<PlaneBuffer>(restricted_planes + (plane + 3) % 3);
     };
-    for (int y = 0; y < 3; ++y) {
-      clear(restricted(y));
+    const auto restricted_row = [&](int row) {
+      return line(static_cast<Line>(restricted_lines + (row + 3) % 3));
+    };
+    const auto across = [&](ConstElasticRow before, ConstElasticRow at, ConstElasticRow after,
+                            ElasticRow sum) {
+      for (std::size_t axis = 0; axis < axes_; ++axis) {
+        rows_->restrict_across(width, before.of[axis], at.of[axis], after.of[axis], sum.of[axis]);
+      }
+    };
+    const auto clear_plane = [&](int plane) {
+      for (int row = 0; row < to.rows; ++row) {
+        clear(line_of(restricted_plane(plane), row));
+      }
+    };
+    const auto write_coarse = [&](int plane) {
+      for (int row = 0; row < to.rows; ++row) {
+        across(line_of(restricted_plane(2 * plane - 1), row), line_of(restricted_plane(2 * plane), row),
+               line_of(restricted_plane(2 * plane + 1), row), row_of(coarse, load, to.index(row, plane)));
+      }
+    };
+    for (int plane = 0; plane < 3; ++plane) {
+      clear_plane(plane);
     }
     const ElasticRow padded = line(padded_line);
     clear(padded); // beyond the width it stays 0
-    const Band fine_rows{std::max(2 * band.first - 1, 0), std::min(2 * band.last, sites.height)};
-    rows(fine_rows, [&](int y, ConstElasticRow residual) {
-      std::copy_n(residual.x, sites.width, padded.x);
-      std::copy_n(residual.y, sites.width, padded.y);
-      if (is_image) {
-        rows_->keep_free(sites.width, response_of(fine, y), padded);
+    const Band fine_planes{std::max(2 * band.first - 1, 0), std::min(2 * band.last, from.count)};
+    rows(fine_planes, [&](int row, int plane, ConstElasticRow residual) {
+      const ElasticRow along = axes_ == 2 ? line_of(restricted_plane(plane), 0) : restricted_row(row);
+      for (std::size_t axis = 0; axis < axes_; ++axis) {
+        std::copy_n(residual.of[axis], fine.grid.sites.width, padded.of[axis]);
+        if (has_prescribed) {
+          rows_->keep_free(fine.grid.sites.width, straight_of(fine, axis, from.index(row, plane)),
+                           padded.of[axis]);
+        }
+        rows_->restrict_along(width, padded.of[axis], along.of[axis]);
       }
-      const ElasticRow to = restricted(y);
-      rows_->restrict_along(coarse.sites.width, padded.x, to.x);
-      rows_->restrict_along(coarse.sites.width, padded.y, to.y);
-      if (y % 2 != 0 && y / 2 >= band.first) { // row 2 Y + 1 completes coarse row Y
-        write_coarse(y / 2);
+      const bool ends = row + 1 == from.rows;
+      if (axes_ == 3) {
+        const auto complete = [&](int coarse_row) {
+          across(restricted_row(2 * coarse_row - 1), restricted_row(2 * coarse_row),
+                 restricted_row(2 * coarse_row + 1), line_of(restricted_plane(plane), coarse_row));
+        };
+        if (row == 0) {
+          clear(restricted_row(-1));
+        }
+        if (row % 2 != 0) {
+          complete(row / 2);
+        }
+        if (ends) { // rows that are not there
+          clear(restricted_row(row + 1));
+          if (row % 2 != 0) {
+            clear(restricted_row(row + 2));
+          }
+          complete((row + 1) / 2);
+        }
+      }
+      if (plane % 2 != 0 && plane / 2 >= band.first && ends) {
+        write_coarse(plane / 2);
       }
     });
-    for (int y = sites.height / 2; y < band.last; ++y) { // those whose row 2 Y + 1 is not there
-      clear(restricted(2 * y + 1));
-      if (2 * y >= sites.height) {
-        clear(restricted(2 * y));
+    for (int plane = from.count / 2; plane < band.last; ++plane) { // those whose plane 2 Z + 1 is not there
+      clear_plane(2 * plane + 1);
+      if (2 * plane >= from.count) {
+        clear_plane(2 * plane);
       }
-      write_coarse(y);
+      write_coarse(plane);
     }
   }
 
 private:
   enum Line : std::size_t {
-    above_line,
-    below_line,
-    other_below_line,
-    residual_line,
-    north_line,
-    south_line,
+    near_line,  ///< what a row of cells, and the one before it, do to the sites between, in their plane
+    far_line,   ///< and in the next one
+    north_line, ///< what a row of cells alone does to its first row of sites ...
+    far_north_line,
+    first_south_lines, ///< ... and to its second one, in both planes, twice: of this row and of the one
+                       ///< before
+    residual_line = first_south_lines + 4,
     padded_line,
-    restricted_line,
-    line_count = restricted_line + 3
+    restricted_lines, ///< three
+    line_count = restricted_lines + 3
+  };
+  enum PlaneBuffer : std::size_t {
+    carried_plane, ///< what the plane of cells before did
+    before_plane,
+    behind_plane,
+    restricted_planes, ///< three
+    plane_count = restricted_planes + 3
   };
 
-  /// Two components with room for the ring.
-  [[nodiscard]] ElasticRow line(std::size_t number) {
-    float* const begin = lines_.data() + 2 * number * pitch_ + RingedGrid::margin;
-    return {begin, begin + pitch_};
+  /// All components, with room for the ring.
+  [[nodiscard]] ElasticRow line(Line number) { return row_in(lines_, number, pitch_, 0); }
+  /// Row `row` of a plane, which takes memory from its first use on.
+  [[nodiscard]] ElasticRow line_of(PlaneBuffer number, int row) {
+    std::vector<float>& buffer = planes_.at(number);
+    buffer.resize(axes_ * plane_);
+    return row_in(buffer, 0, plane_, static_cast<std::size_t>(row) * pitch_);
   }
-  /// Where row y of cells puts its forces on the sites below.
-  [[nodiscard]] ElasticRow on_below(int y) { return line(y % 2 == 0 ? below_line : other_below_line); }
-  [[nodiscard]] ElasticRow restricted(int y) {
-    return line(restricted_line + static_cast<std::size_t>((y + 3) % 3));
+  [[nodiscard]] ElasticRow row_in(std::vector<float>& buffer, std::size_t number, std::size_t size,
+                                  std::size_t offset) const {
+    ElasticRow row;
+    for (std::size_t axis = 0; axis < axes_; ++axis) {
+      row.of[axis] = buffer.data() + (axes_ * number + axis) * size + offset + RingedGrid::margin;
+    }
+    return row;
   }
   void clear(ElasticRow row) const {
-    std::fill_n(row.x - 1, pitch_ - 2 * RingedGrid::margin, 0.0F);
-    std::fill_n(row.y - 1, pitch_ - 2 * RingedGrid::margin, 0.0F);
+    for (std::size_t axis = 0; axis < axes_; ++axis) {
+      std::fill_n(row.of[axis] - 1, pitch_ - 2 * RingedGrid::margin, 0.0F);
+    }
   }
 
-  /// Row y of cells: forces into above_line and on_below(y).
-  void cells(const ElasticLevel& level, int y, ConstElasticRow above, ConstElasticRow below) {
+  /// The row of cells from row `row` of the sites of `plane` on: what it does goes to near_line, what it does
+  /// to the next plane is kept for carry(). row_at(row, plane) has the displacements. Returns whether there
+  /// are any cells.
+  template <typename RowAt>
+  bool cells(const ElasticLevel& level, int row, int plane, const RowAt& row_at) {
+    if (axes_ == 2) {
+      cells_of_image(level, plane, row_at(0, plane), row_at(0, plane + 1));
+      return true;
+    }
+    const Extent cells = level.grid.cells();
+    const bool is_there = row < cells.height && plane >= 0 && plane < cells.depth;
+    if (is_there) {
+      cells_of_volume(
+          level, row, plane,
+          {row_at(row, plane), row_at(row + 1, plane), row_at(row, plane + 1), row_at(row + 1, plane + 1)});
+    }
+    add(line(south_), is_there ? line(north_line) : ElasticRow{}, level.grid.sites.width, line(near_line));
+    return is_there;
+  }
+  /// What the last cells() did to the next plane.
+  void carry(bool has_cells, int width, ElasticRow carried) {
+    if (axes_ == 2) {
+      add(line(far_line), {}, width, carried);
+      return;
+    }
+    add(line(far_south_), has_cells ? line(far_north_line) : ElasticRow{}, width, carried);
+    if (has_cells) {
+      std::swap(south_, next_south_);
+      std::swap(far_south_, next_far_south_);
+    }
+  }
+  /// sum = first + second, which may be null: 0.
+  void add(ConstElasticRow first, ConstElasticRow second, int width, ElasticRow sum) const {
+    for (std::size_t axis = 0; axis < axes_; ++axis) {
+      if (second.of[axis] == nullptr) {
+        std::copy_n(first.of[axis], width, sum.of[axis]);
+      } else {
+        rows_->add(width, first.of[axis], second.of[axis], sum.of[axis]);
+      }
+    }
+  }
+
+  void cells_of_image(const ElasticLevel& level, int y, ConstElasticRow above, ConstElasticRow below) {
     const std::size_t at = level.grid.index(-1, y);
     openmp::CellRow row;
     for (std::size_t i = 0; i < 6; ++i) {
       row.moments[i] = level.moments[i].data() + at;
     }
-    row.above = {above.x - 1, above.y - 1};
-    row.below = {below.x - 1, below.y - 1};
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      row.sites[0].of[axis] = above.of[axis] - 1;
+      row.sites[1].of[axis] = below.of[axis] - 1;
+    }
     row.cells = level.grid.sites.width + 1;
     row.nu = ratio_.nu;
     row.shear = ratio_.shear;
     for (std::size_t i = 0; i < 5; ++i) {
       row.tension[i] = tension_.data() + i * pitch_;
     }
-    const ElasticRow on_above = line(above_line);
-    const ElasticRow on_lower = on_below(y);
+    const ElasticRow on_above = line(near_line);
+    const ElasticRow on_below = line(far_line);
     rows_->tensions(row);
-    rows_->forces(row, on_above, on_lower);
+    rows_->forces(row, on_above, on_below);
     const auto [first, last] = level.masked.row(y);
     for (std::size_t i = first; i < last; ++i) {
-      const MaskedCell& cell = level.masked.cells[i];
-      const auto x = static_cast<std::size_t>(cell.x);
-      const float values[8] = {above.x[x], above.y[x], above.x[x + 1], above.y[x + 1],
-                               below.x[x], below.y[x], below.x[x + 1], below.y[x + 1]};
-      float force[8];
-      rows_->masked_forces(cell.stiffness.data(), values, force);
+      const auto x = static_cast<std::size_t>(level.masked.x[i]);
+      float force[24];
+      masked_forces(level.masked, i, {above, below}, force);
       // Its moments are 0, so that it has added nothing yet; sums of two do not ask for their order.
       for (std::size_t corner = 0; corner < 4; ++corner) {
-        const ElasticRow& to = corner < 2 ? on_above : on_lower;
-        to.x[x + corner % 2] += force[2 * corner];
-        to.y[x + corner % 2] += force[2 * corner + 1];
+        const ElasticRow& to = corner < 2 ? on_above : on_below;
+        to.of[0][x + corner % 2] += force[2 * corner];
+        to.of[1][x + corner % 2] += force[2 * corner + 1];
       }
     }
   }
 
+  void masked_forces(const MaskedCells& masked, std::size_t cell, const std::array<ConstElasticRow, 4>& sites,
+                     float* force) const {
+    float values[24];
+    for (std::size_t i = 0; i < masked.components; ++i) {
+      const std::size_t corner = i / axes_;
+      values[i] = sites[corner / 2].of[i % axes_][static_cast<std::size_t>(masked.x[cell]) + corner % 2];
+    }
+    rows_->masked_forces(static_cast<int>(masked.components), masked.matrix(cell), values, force);
+  }
+
+  void cells_of_volume(const ElasticLevel& level, int y, int z, const std::array<ConstElasticRow, 4>& sites) {
+    const std::size_t at = level.grid.index(0, y, z);
+    const bool is_image = level.moments.size() == 1;
+    openmp::CellRow row;
+    for (std::size_t i = 0; i < (is_image ? 4 : level.moments.size()); ++i) {
+      row.moments[i] = is_image ? level.moments[0].data() + at + level.grid.to_corner(2 * i)
+                                : level.moments[i].data() + at;
+    }
+    std::ranges::copy(sites, row.sites);
+    row.cells = level.grid.sites.width - 1;
+    row.lame = lame_;
+    for (std::size_t i = 0; i < 24; ++i) {
+      row.tension[i] = tension_.data() + i * pitch_ + RingedGrid::margin;
+      row.tension[i][-1] = 0.0F;
+      row.tension[i][row.cells] = 0.0F;
+    }
+    if (is_image) {
+      rows_->uniform_tensions(row);
+      mixed_->for_each_run(y, z, row.cells,
+                           [&](int first, int last) { rows_->image_tensions(row, first, last); });
+    } else {
+      rows_->volume_tensions(row);
+    }
+    const auto [first, last] = level.masked.row(y, z);
+    for (std::size_t i = first; i < last; ++i) {
+      float force[24];
+      masked_forces(level.masked, i, sites, force);
+      for (std::size_t component = 0; component < 24; ++component) {
+        row.tension[8 * (component % 3) + component / 3][level.masked.x[i]] = force[component];
+      }
+    }
+    const ElasticRow on_rows[4] = {line(north_line), line(next_south_), line(far_north_line),
+                                   line(next_far_south_)};
+    rows_->volume_forces(row, on_rows);
+  }
+
   const ElasticRows* rows_;
+  const MixedCells* mixed_;
   ElasticInFloat::PoissonRatio ratio_;
+  float lame_;
+  std::size_t axes_;
   std::size_t pitch_;
   std::vector<float> lines_;
   std::vector<float> tension_;
+  std::size_t plane_; ///< floats of a component's plane
+  std::array<std::vector<float>, plane_count> planes_;
+  Line south_ = first_south_lines;
+  Line next_south_ = static_cast<Line>(first_south_lines + 1);
+  Line far_south_ = static_cast<Line>(first_south_lines + 2);
+  Line next_far_south_ = static_cast<Line>(first_south_lines + 3);
 };
 
-/// Threads share the rows of a level, each its own band; SIMD lanes share the sites of a row. What a site
+/// Threads share the planes of a level, each its own band; SIMD lanes share the sites of a row. What a site
 /// gets does not depend on either.
 class ElasticOpenMp final : public ElasticInMemory {
 public:
@@ -201,23 +460,26 @@ public:
 
   void load(const ElasticHierarchy& hierarchy) override {
     ElasticInMemory::load(hierarchy);
-    bands_.assign(static_cast<std::size_t>(threads_), ElasticBand(rows_, hierarchy));
-    const Extent image = grid(0).sites;
-    sums_.resize(std::max<std::size_t>(1, image.sites() / 2 + 2 * static_cast<std::size_t>(image.width + 2)));
+    mixed_ = axes() == 3 ? MixedCells(hierarchy.levels.front()) : MixedCells();
+    bands_.assign(static_cast<std::size_t>(threads_), ElasticBand(rows_, hierarchy, mixed_));
+    sums_.resize(halves(grid(0).sites).sites());
   }
 
   void relax(int level, ElasticField field) override {
     const ElasticLevel& here = level_at(level);
     RingedField& values = fields_.at(level, field);
-    in_bands(here.grid.sites.height, here.grid.sites, [&](Band band, ElasticBand& work) {
-      // In place: a row is overwritten when both rows of cells beside it are done. Where bands meet, the
-      // other band's row is kept as it was.
+    const Planes planes(here.grid);
+    in_bands(planes.count, here.grid.sites, [&](Band band, ElasticBand& work) {
+      // In place: a row is overwritten when all rows of cells beside it are done. Where bands meet, the
+      // other band's plane is kept as it was.
       work.keep_neighbours(here.grid, values, band);
 #pragma omp barrier
-      work.residuals(here, values, load_of(level, field), band, true, [&](int y, ConstElasticRow residual) {
-        const ElasticRow to = row_of(here.grid, values, y);
-        rows_.relax(here.grid.sites.width, to, residual, response_of(here, y), to);
-      });
+      work.residuals(here, values, load_of(level, field), band, true,
+                     [&](int row, int plane, ConstElasticRow residual) {
+                       const std::size_t at = planes.index(row, plane);
+                       const ElasticRow to = row_of(here.grid, values, at);
+                       rows_.relax(axes(), here.grid.sites.width, to, residual, response_of(here, at), to);
+                     });
     });
   }
 
@@ -225,9 +487,10 @@ public:
     const ElasticLevel& here = level_at(level);
     const RingedField& load = fields_.at(level, ElasticField::load);
     RingedField& correction = fields_.at(level, ElasticField::correction);
-    for_each_row(here.grid, [&](int y) {
-      rows_.relax(here.grid.sites.width, {}, row_of(here.grid, load, y), response_of(here, y),
-                  row_of(here.grid, correction, y));
+    for_each_row(here.grid, [&](int y, int z) {
+      const std::size_t at = here.grid.index(0, y, z);
+      rows_.relax(axes(), here.grid.sites.width, {}, row_of(here.grid, load, at), response_of(here, at),
+                  row_of(here.grid, correction, at));
     });
   }
 
@@ -235,12 +498,14 @@ public:
     const ElasticLevel& here = level_at(0);
     RingedField& result = fields_.at(0, to);
     const RingedField& values = fields_.at(0, of);
-    in_bands(here.grid.sites.height, here.grid.sites, [&](Band band, ElasticBand& work) {
-      work.residuals(here, values, nullptr, band, false, [&](int y, ConstElasticRow residual) {
-        const ElasticRow row = row_of(here.grid, result, y);
-        std::copy_n(residual.x, here.grid.sites.width, row.x);
-        std::copy_n(residual.y, here.grid.sites.width, row.y);
-        rows_.keep_free(here.grid.sites.width, response_of(here, y), row);
+    const Planes planes(here.grid);
+    in_bands(planes.count, here.grid.sites, [&](Band band, ElasticBand& work) {
+      work.residuals(here, values, nullptr, band, false, [&](int row, int plane, ConstElasticRow residual) {
+        const std::size_t at = planes.index(row, plane);
+        for (std::size_t axis = 0; axis < here.grid.axes(); ++axis) {
+          std::copy_n(residual.of[axis], here.grid.sites.width, result[axis].data() + at);
+          rows_.keep_free(here.grid.sites.width, straight_of(here, axis, at), result[axis].data() + at);
+        }
       });
     });
   }
@@ -253,9 +518,12 @@ public:
   }
   void restrict_load(int level) override {
     const RingedField& from = fields_.at(level, ElasticField::load);
+    const Planes planes(grid(level));
     restrict_from(level, [&](ElasticBand& /*work*/, Band fine, const auto& use) {
-      for (int y = fine.first; y < fine.last; ++y) {
-        use(y, row_of(grid(level), from, y));
+      for (int plane = fine.first; plane < fine.last; ++plane) {
+        for (int row = 0; row < planes.rows; ++row) {
+          use(row, plane, row_of(grid(level), from, planes.index(row, plane)));
+        }
       }
     });
   }
@@ -271,23 +539,26 @@ public:
     const RingedGrid& sites = grid(coarsest());
     const RingedField& load = fields_.at(coarsest(), ElasticField::load);
     RingedField& correction = fields_.at(coarsest(), ElasticField::correction);
-    const std::size_t size = 2 * sites.sites.sites();
+    const std::size_t size = sites.axes() * sites.sites.sites();
     std::vector<float> sums(size);
-    const auto for_each_site = [&](const auto& call) {
-      for (int y = 0; y < sites.sites.height; ++y) {
-        for (int x = 0; x < sites.sites.width; ++x) {
-          call(sites.sites.index(x, y), sites.index(x, y));
+    const auto for_each_component = [&](const auto& call) {
+      std::size_t component = 0;
+      for (int z = 0; z < sites.sites.depth; ++z) {
+        for (int y = 0; y < sites.sites.height; ++y) {
+          for (int x = 0; x < sites.sites.width; ++x) {
+            for (std::size_t axis = 0; axis < sites.axes(); ++axis) {
+              call(component++, axis, sites.index(x, y, z));
+            }
+          }
         }
       }
     };
-    for_each_site([&](std::size_t site, std::size_t at) {
-      const float* const column = hierarchy_->coarsest_inverse.data() + 2 * site * size;
-      rows_.add_column(static_cast<int>(size), column, load.x[at], sums.data());
-      rows_.add_column(static_cast<int>(size), column + size, load.y[at], sums.data());
+    for_each_component([&](std::size_t component, std::size_t axis, std::size_t at) {
+      rows_.add_column(static_cast<int>(size), hierarchy_->coarsest_inverse.data() + component * size,
+                       load[axis][at], sums.data());
     });
-    for_each_site([&](std::size_t site, std::size_t at) {
-      correction.x[at] = sums[2 * site];
-      correction.y[at] = sums[2 * site + 1];
+    for_each_component([&](std::size_t component, std::size_t axis, std::size_t at) {
+      correction[axis][at] = sums[component];
     });
   }
 
@@ -295,11 +566,12 @@ public:
     RingedField& result = fields_.at(0, to);
     const RingedField& from = fields_.at(0, value);
     const RingedField& along = fields_.at(0, direction);
-    for_each_row(grid(0), [&](int y) {
-      const std::size_t at = grid(0).index(0, y);
-      const int width = grid(0).sites.width;
-      rows_.advance(width, from.x.data() + at, factor, along.x.data() + at, result.x.data() + at);
-      rows_.advance(width, from.y.data() + at, factor, along.y.data() + at, result.y.data() + at);
+    for_each_row(grid(0), [&](int y, int z) {
+      const std::size_t at = grid(0).index(0, y, z);
+      for (std::size_t axis = 0; axis < grid(0).axes(); ++axis) {
+        rows_.advance(grid(0).sites.width, from[axis].data() + at, factor, along[axis].data() + at,
+                      result[axis].data() + at);
+      }
     });
   }
 
@@ -324,34 +596,43 @@ public:
   }
 
 private:
-  /// call(band, scratch) on every thread, for its share of `rows`.
+  [[nodiscard]] int axes() const {
+    return static_cast<int>(grid(0).axes());
+  }
+  /// Of the sides.
+  [[nodiscard]] static Extent halves(Extent sites) {
+    return {(sites.width + 1) / 2, (sites.height + 1) / 2, (sites.depth + 1) / 2};
+  }
+
+  /// call(band, scratch) on every thread, for its share of `planes`.
   template <typename Call>
-  void in_bands(int rows, Extent work, const Call& call) const {
+  void in_bands(int planes, Extent work, const Call& call) const {
     const std::size_t most = std::max<std::size_t>(
-        1, std::min(work.sites() / sites_worth_a_thread_, static_cast<std::size_t>(rows) / 2));
+        1, std::min(work.sites() / sites_worth_a_thread_, static_cast<std::size_t>(planes) / 2));
     const int team = static_cast<int>(std::min(static_cast<std::size_t>(threads_), most));
 #pragma omp parallel num_threads(team) if (team > 1)
     {
       const int thread = omp_get_thread_num();
-      call(band_of(thread, omp_get_num_threads(), rows), bands_[static_cast<std::size_t>(thread)]);
+      call(band_of(thread, omp_get_num_threads(), planes), bands_[static_cast<std::size_t>(thread)]);
     }
   }
-  /// call(y) for every row of a level.
+  /// call(y, z) for every row of a level.
   template <typename Call>
   void for_each_row(const RingedGrid& level, const Call& call) const {
-    in_bands(level.sites.height, level.sites, [&](Band band, ElasticBand& /*work*/) {
-      for (int y = band.first; y < band.last; ++y) {
-        call(y);
+    const int rows = level.sites.height * level.sites.depth;
+    in_bands(rows, level.sites, [&](Band band, ElasticBand& /*work*/) {
+      for (int row = band.first; row < band.last; ++row) {
+        call(row % level.sites.height, row / level.sites.height);
       }
     });
   }
-  /// The load of level + 1 from what rows(work, fine rows, use) hands to use(y, row).
+  /// The load of level + 1 from what rows(work, fine planes, use) hands to use(row, plane, values).
   template <typename Rows>
   void restrict_from(int level, const Rows& rows) {
     const RingedGrid& coarse = grid(level + 1);
     RingedField& load = fields_.at(level + 1, ElasticField::load);
-    in_bands(coarse.sites.height, grid(level).sites, [&](Band band, ElasticBand& work) {
-      work.restrict_rows(level_at(level), level == 0, band, coarse, load,
+    in_bands(Planes(coarse).count, grid(level).sites, [&](Band band, ElasticBand& work) {
+      work.restrict_rows(level_at(level), has_prescribed(level), band, coarse, load,
                          [&](Band fine, const auto& use) { rows(work, fine, use); });
     });
   }
@@ -359,23 +640,34 @@ private:
   [[nodiscard]] const RingedField* load_of(int level, ElasticField field) const {
     return field == ElasticField::correction ? &fields_.at(level, ElasticField::load) : nullptr;
   }
+  /// Whether components of the level may be prescribed.
+  [[nodiscard]] bool has_prescribed(int level) const {
+    return level == 0 || axes() == 3;
+  }
 
   void correct(int level, ElasticField field, bool from_zero) {
     const ElasticLevel& here = level_at(level);
+    const RingedGrid& coarse = grid(level + 1);
     const int width = here.grid.sites.width;
     const RingedField& correction = fields_.at(level + 1, ElasticField::correction);
     RingedField& values = fields_.at(level, field);
-    for_each_row(here.grid, [&](int y) {
-      const Response response = response_of(here, y);
-      const ConstElasticRow first = row_of(grid(level + 1), correction, y / 2);
-      const ConstElasticRow second = row_of(grid(level + 1), correction, y / 2 + y % 2);
-      const ElasticRow row = row_of(here.grid, values, y);
-      if (from_zero) {
-        std::fill_n(row.x, width, 0.0F);
-        std::fill_n(row.y, width, 0.0F);
+    for_each_row(here.grid, [&](int y, int z) {
+      const std::size_t at = here.grid.index(0, y, z);
+      for (std::size_t axis = 0; axis < here.grid.axes(); ++axis) {
+        const float* between[4] = {};
+        int rows = 0;
+        for (int plane = 0; plane <= z % 2; ++plane) {
+          for (int row = 0; row <= y % 2; ++row) {
+            between[rows++] = correction[axis].data() + coarse.index(0, y / 2 + row, z / 2 + plane);
+          }
+        }
+        float* const to = values[axis].data() + at;
+        if (from_zero) {
+          std::fill_n(to, width, 0.0F);
+        }
+        rows_.correct(width, rows, between, has_prescribed(level) ? straight_of(here, axis, at) : nullptr,
+                      to);
       }
-      rows_.correct(width, first.x, second.x, level == 0 ? response.xx : nullptr, row.x);
-      rows_.correct(width, first.y, second.y, level == 0 ? response.yy : nullptr, row.y);
     });
   }
 
@@ -385,29 +677,43 @@ private:
     const RingedField& a = fields_.at(0, first);
     const RingedField& b = fields_.at(0, second);
     // The ring is 0: what sticks out of an image of odd sides.
-    const Extent squares{(image.sites.width + 1) / 2, (image.sites.height + 1) / 2};
-    in_bands(squares.height, image.sites, [&](Band band, ElasticBand& /*work*/) {
-      for (int y = band.first; y < band.last; ++y) {
-        rows_.product_squares(squares.width, row_of(image, a, 2 * y), row_of(image, b, 2 * y), image.pitch,
-                              sums_.data() + squares.index(0, y));
+    const Extent squares = halves(image.sites);
+    in_bands(squares.height * squares.depth, image.sites, [&](Band band, ElasticBand& /*work*/) {
+      for (int row = band.first; row < band.last; ++row) {
+        const std::size_t at = image.index(0, 2 * (row % squares.height), 2 * (row / squares.height));
+        rows_.product_squares(axes(), squares.width, row_of(image, a, at), row_of(image, b, at), image.pitch,
+                              image.plane, sums_.data() + squares.index(0, row));
       }
     });
     return squares;
   }
   /// The next level of the tree, in place of the one before: a row is written after it has been read.
   [[nodiscard]] Extent add_squares(Extent from) const {
-    const Extent to{(from.width + 1) / 2, (from.height + 1) / 2};
+    const Extent to = halves(from);
     const auto width = static_cast<std::size_t>(from.width);
-    std::vector<float> above(width + 1);
-    std::vector<float> below(width + 1);
-    for (int y = 0; y < to.height; ++y) {
-      std::copy_n(sums_.data() + from.index(0, 2 * y), width, above.data());
-      if (2 * y + 1 < from.height) {
-        std::copy_n(sums_.data() + from.index(0, 2 * y + 1), width, below.data());
-      } else {
-        std::ranges::fill(below, 0.0F);
+    const bool is_volume = axes() == 3;
+    std::array<std::vector<float>, 4> rows; // of one plane, then of the next
+    for (auto& row : rows) {
+      row.resize(width + 1);
+    }
+    for (int z = 0; z < to.depth; ++z) {
+      for (int y = 0; y < to.height; ++y) {
+        for (std::size_t number = 0; number < (is_volume ? 4 : 2); ++number) {
+          const int from_y = 2 * y + static_cast<int>(number % 2);
+          const int from_z = 2 * z + static_cast<int>(number / 2);
+          if (from_y < from.height && from_z < from.depth) {
+            std::copy_n(sums_.data() + from.index(0, from_y, from_z), width, rows[number].data());
+          } else {
+            std::ranges::fill(rows[number], 0.0F);
+          }
+        }
+        float* const sums = sums_.data() + to.index(0, y, z);
+        rows_.square_sums(to.width, rows[0].data(), rows[1].data(), is_volume ? rows[0].data() : sums);
+        if (is_volume) {
+          rows_.square_sums(to.width, rows[2].data(), rows[3].data(), rows[2].data());
+          rows_.add(to.width, rows[0].data(), rows[2].data(), sums);
+        }
       }
-      rows_.square_sums(to.width, above.data(), below.data(), sums_.data() + to.index(0, y));
     }
     return to;
   }
@@ -415,6 +721,7 @@ private:
   int threads_;
   const ElasticRows& rows_;
   std::size_t sites_worth_a_thread_;
+  MixedCells mixed_;                       ///< of a volume
   mutable std::vector<ElasticBand> bands_; ///< one a thread
   mutable std::vector<float> sums_;        ///< of dot()
 };

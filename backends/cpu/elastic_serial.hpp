@@ -25,67 +25,76 @@ public:
   }
 
   void relax(int level, ElasticField field) override {
-    make(level, field, [&](int x, int y) { return answers_->relax(level, field, x, y); });
+    make(level, field, [&](int x, int y, int z) { return answers_->relax(level, field, x, y, z); });
   }
   void relax_from_zero(int level) override {
     make(level, ElasticField::correction,
-         [&](int x, int y) { return answers_->relax_from_zero(level, x, y); });
+         [&](int x, int y, int z) { return answers_->relax_from_zero(level, x, y, z); });
   }
   void forces(ElasticField of, ElasticField to) override {
-    make(0, to, [&](int x, int y) { return answers_->forces(of, x, y); });
+    make(0, to, [&](int x, int y, int z) { return answers_->forces(of, x, y, z); });
   }
   void restrict_residual(int level, ElasticField of) override {
-    restrict_sites(level, [&](int x, int y) { return answers_->free_residual(level, of, x, y); });
+    restrict_sites(level, [&](int x, int y, int z) { return answers_->free_residual(level, of, x, y, z); });
   }
   void restrict_load(int level) override {
-    restrict_sites(level, [&](int x, int y) { return answers_->free_load(level, x, y); });
+    restrict_sites(level, [&](int x, int y, int z) { return answers_->free_load(level, x, y, z); });
   }
   void interpolate(int level) override {
-    make(level, ElasticField::correction, [&](int x, int y) { return answers_->interpolate(level, x, y); });
+    make(level, ElasticField::correction,
+         [&](int x, int y, int z) { return answers_->interpolate(level, x, y, z); });
   }
   void correct(int level, ElasticField field) override {
-    make(level, field, [&](int x, int y) { return answers_->correct(level, field, x, y); });
+    make(level, field, [&](int x, int y, int z) { return answers_->correct(level, field, x, y, z); });
   }
   void solve_coarsest() override {
-    make(coarsest(), ElasticField::correction, [&](int x, int y) { return answers_->solve_coarsest(x, y); });
+    make(coarsest(), ElasticField::correction,
+         [&](int x, int y, int z) { return answers_->solve_coarsest(x, y, z); });
   }
   void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) override {
-    make(0, to, [&](int x, int y) { return answers_->advance(value, factor, direction, x, y); });
+    make(0, to, [&](int x, int y, int z) { return answers_->advance(value, factor, direction, x, y, z); });
   }
   [[nodiscard]] float dot(ElasticField first, ElasticField second) const override {
     return stored(answers_->dot(first, second));
   }
 
 private:
-  /// answer(x, y) of all sites.
+  /// answer(x, y, z) of all sites.
   template <typename At>
   [[nodiscard]] RingedField made(int level, const At& answer) const {
     RingedField field;
     field.require(grid(level));
-    for (int y = 0; y < grid(level).sites.height; ++y) {
-      for (int x = 0; x < grid(level).sites.width; ++x) {
-        const Answer site = answer(x, y);
-        field.x[grid(level).index(x, y)] = stored(site.x);
-        field.y[grid(level).index(x, y)] = stored(site.y);
+    const Extent sites = grid(level).sites;
+    for (int z = 0; z < sites.depth; ++z) {
+      for (int y = 0; y < sites.height; ++y) {
+        for (int x = 0; x < sites.width; ++x) {
+          const Answer site = answer(x, y, z);
+          for (std::size_t axis = 0; axis < sites.axes(); ++axis) {
+            field[axis][grid(level).index(x, y, z)] = stored(site[axis]);
+          }
+        }
       }
     }
     return field;
   }
 
-  /// The field from answer(x, y); the old one may be read meanwhile.
+  /// The field from answer(x, y, z); the old one may be read meanwhile.
   template <typename At>
   void make(int level, ElasticField field, const At& answer) {
     fields_.at(level, field) = made(level, answer);
   }
 
-  /// load of level + 1 from fine(x, y), which is stored on the way.
+  /// load of level + 1 from fine(x, y, z), which is stored on the way.
   template <typename Fine>
   void restrict_sites(int level, const Fine& fine) {
     const RingedField from = made(level, fine);
-    make(level + 1, ElasticField::load, [&](int x, int y) {
-      return answers_->restricted(level, x, y, [&](int i, int j) {
-        const std::size_t at = grid(level).index(i, j);
-        return Answer{Scalar(from.x[at]), Scalar(from.y[at])};
+    make(level + 1, ElasticField::load, [&](int x, int y, int z) {
+      return answers_->restricted(level, x, y, z, [&](int i, int j, int k) {
+        Answer site{};
+        for (std::size_t axis = 0; axis < grid(level).axes(); ++axis) {
+          site[axis] = Scalar(from[axis][grid(level).index(i, j, k)]);
+        }
+        return site;
       });
     });
   }

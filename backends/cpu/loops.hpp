@@ -14,37 +14,36 @@ using MultiplyAdd = void (*)(float* values, float factor, float term, int rounds
 /// How many values a call takes: more than any processor needs to keep all its units busy.
 inline constexpr int chain_sites = 24 * 16;
 
-/// Both components of a row of sites.
+/// The components of a row of sites; of an image there is no third.
 struct ElasticRow {
-  float* x = nullptr;
-  float* y = nullptr;
+  float* of[3] = {};
 };
 struct ConstElasticRow {
   ConstElasticRow() = default;
-  ConstElasticRow(const float* x_, const float* y_) : x(x_), y(y_) {}
-  ConstElasticRow(const ElasticRow& row) : x(row.x), y(row.y) {} // NOLINT(google-explicit-constructor)
+  ConstElasticRow(const ElasticRow& row) // NOLINT(google-explicit-constructor)
+      : of{row.of[0], row.of[1], row.of[2]} {}
 
-  const float* x = nullptr;
-  const float* y = nullptr;
+  const float* of[3] = {};
 };
 
 /// ElasticLevel::response of a row of sites.
 struct Response {
-  const float* xx = nullptr;
-  const float* xy = nullptr;
-  const float* yy = nullptr;
+  const float* entry[6] = {};
 };
 
-/// A row of cells, the one west of the first site first and the one east of the last site last: pointers are
-/// to that first one, and to the site at its top left and bottom left.
+/// A row of cells. Of an image the one west of the first site first and the one east of the last site last;
+/// of a volume those between sites only. Pointers are to the first cell, and to the site at its first corner.
 struct CellRow {
-  const float* moments[6] = {}; ///< as ElasticLevel::moments
-  ConstElasticRow above;        ///< displacements
-  ConstElasticRow below;
-  float nu = 0;
+  const float* moments[23] =
+      {};                   ///< as ElasticLevel::moments; of a volume's image four rows of moduli, as sites
+  ConstElasticRow sites[4]; ///< displacements of the rows at its corners: y, then z
+  float nu = 0;             ///< of an image
   float shear = 0;
+  float lame = 0; ///< of a volume
   int cells = 0;
-  float* tension[5] = {}; ///< written: top, bottom, left, right, shear
+  /// Written. Of an image top, bottom, left, right, shear; of a volume the force on each corner, component by
+  /// component.
+  float* tension[24] = {};
 };
 
 /// Rows of the elastic energy.
@@ -52,27 +51,36 @@ struct ElasticRows {
   void (*tensions)(const CellRow& row);
   /// From the tensions of a row of cells: its forces on the sites above and on those below.
   void (*forces)(const CellRow& row, ElasticRow on_above, ElasticRow on_below);
-  /// From a masked cell's matrix, column by column, and its eight displacements.
-  void (*masked_forces)(const float* stiffness, const float* values, float* force);
+  /// The same of a volume: cells of coarse levels; of the image from `first` to `last` with eight moduli
+  /// each; all of the image as if each had the modulus of its first corner; forces on the four rows of sites,
+  /// the tensions before the first cell and after the last being 0.
+  void (*volume_tensions)(const CellRow& row);
+  void (*image_tensions)(const CellRow& row, int first, int last);
+  void (*uniform_tensions)(const CellRow& row);
+  void (*volume_forces)(const CellRow& row, const ElasticRow* on_rows);
+  /// From a masked cell's matrix, column by column, and its displacements, as many as rows.
+  void (*masked_forces)(int components, const float* stiffness, const float* values, float* force);
+  void (*add)(int count, const float* first, const float* second, float* sum);
   /// residual = (from_north + from_south), with the load where there is one.
-  void (*residual)(int sites, ConstElasticRow load, ConstElasticRow from_north, ConstElasticRow from_south,
-                   ElasticRow residual);
+  void (*residual)(int sites, const float* load, const float* from_north, const float* from_south,
+                   float* residual);
   /// `to` may be `from`, whose pointers may be null: 0.
-  void (*relax)(int sites, ConstElasticRow from, ConstElasticRow residual, const Response& response,
+  void (*relax)(int axes, int sites, ConstElasticRow from, ConstElasticRow residual, const Response& response,
                 ElasticRow to);
   /// In place: 0 where a component may not move.
-  void (*keep_free)(int sites, const Response& response, ElasticRow values);
+  void (*keep_free)(int sites, const float* straight, float* values);
   /// From fine sites -1 ... 2 * sites - 1 of a row.
   void (*restrict_along)(int sites, const float* fine, float* to);
   void (*restrict_across)(int sites, const float* before, const float* at, const float* after, float* to);
-  /// In place; `straight` is null where every component may move. The fine row is `first` where that is
-  /// `second`, else between the two.
-  void (*correct)(int fine_sites, const float* first, const float* second, const float* straight,
+  /// In place; `straight` is null where every component may move. The fine row is the first coarse one, or
+  /// lies between 2 or 4 of them.
+  void (*correct)(int fine_sites, int coarse_rows, const float* const* coarse, const float* straight,
                   float* values);
   void (*advance)(int count, const float* value, float factor, const float* direction, float* to);
-  /// Sums of the products of 2 x 2 sites; `second_row` is how far below the second row lies.
-  void (*product_squares)(int squares, ConstElasticRow first, ConstElasticRow second, std::size_t second_row,
-                          float* to);
+  /// Sums of the products of 2 x 2 sites, in a volume of 2 x 2 x 2; the second row and the second plane lie
+  /// so far behind the first.
+  void (*product_squares)(int axes, int squares, ConstElasticRow first, ConstElasticRow second,
+                          std::size_t second_row, std::size_t second_plane, float* to);
   /// Sums of 2 x 2 numbers; both rows have 2 * squares of them. `to` may be `above`.
   void (*square_sums)(int squares, const float* above, const float* below, float* to);
   /// sums += column * load.

@@ -23,6 +23,9 @@ public:
       : name_(std::move(name)), steps_(std::move(owner)) {}
 
   void load(const ElasticHierarchy& hierarchy) override {
+    if (hierarchy.levels.front().grid.axes() == 3) {
+      throw DeviceError(name_ + ": has the elastic energy of images only, not of volumes; scalar and openmp have both");
+    }
     std::int64_t most_coarse = 0;
     on_device([&](Steps& steps) {
       layout_ = ElasticLayout(hierarchy, Steps::block);
@@ -137,7 +140,7 @@ private:
   }
   [[nodiscard]] int levels() const { return static_cast<int>(slots_.size()); }
   [[nodiscard]] bool has_masked(int level) const {
-    return !hierarchy_->levels[static_cast<std::size_t>(level)].masked.cells.empty();
+    return !hierarchy_->levels[static_cast<std::size_t>(level)].masked.empty();
   }
 
   /// field = what `kernel` makes of the arrays.

@@ -224,9 +224,7 @@ private:
       };
       lay(level.moments, moments);
       lay(level.response, response);
-      for (const MaskedCell& cell : level.masked.cells) {
-        matrices.insert(matrices.end(), cell.stiffness.begin(), cell.stiffness.end());
-      }
+      matrices.insert(matrices.end(), level.masked.stiffness.begin(), level.masked.stiffness.end());
     }
     std::vector<TouchedSite> touched;
     std::vector<std::int32_t> row_begin; // of each row in `touched`, and the end of each level

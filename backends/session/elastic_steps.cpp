@@ -44,21 +44,22 @@ void ElasticTexels::add(const ElasticLevel& level, const ElasticLayout::Part& pa
   for (int y = 0; y < level.grid.sites.height; ++y) {
     const auto [first, last] = level.masked.row(y);
     for (std::size_t i = first; i < last; ++i) {
-      const std::int64_t at = part.first + y * part.pitch + level.masked.cells[i].x;
+      const std::int64_t at = part.first + y * part.pitch + level.masked.x[i];
       more[4 * static_cast<std::size_t>(at) + 2] = static_cast<float>(matrices + i + 1);
     }
   }
-  matrices += level.masked.cells.size();
+  matrices += level.masked.x.size();
 }
 
 std::vector<float> elastic_matrices(const ElasticHierarchy& hierarchy) {
   std::vector<float> texels;
   for (const ElasticLevel& level : hierarchy.levels) {
-    for (const MaskedCell& cell : level.masked.cells) {
+    for (std::size_t cell = 0; cell < level.masked.x.size(); ++cell) {
+      const float* const matrix = level.masked.matrix(cell);
       for (std::size_t corner = 0; corner < 4; ++corner) {
         for (std::size_t column = 0; column < 8; ++column) {
-          texels.push_back(cell.stiffness[8 * column + 2 * corner]);
-          texels.push_back(cell.stiffness[8 * column + 2 * corner + 1]);
+          texels.push_back(matrix[8 * column + 2 * corner]);
+          texels.push_back(matrix[8 * column + 2 * corner + 1]);
         }
       }
     }
@@ -78,7 +79,7 @@ std::vector<std::vector<TouchedSite>> touched_sites(const ElasticHierarchy& hier
       for (const int below : {0, 1}) {
         const auto [first, last] = level.masked.row(y - 1 + below);
         for (std::size_t i = first; i < last; ++i) {
-          const int x = level.masked.cells[i].x;
+          const int x = level.masked.x[i];
           const std::int32_t number = first_matrix + static_cast<std::int32_t>(i);
           row[x].masked.at(static_cast<std::size_t>(2 * below + 1)) = number;
           row[x + 1].masked.at(static_cast<std::size_t>(2 * below)) = number;
@@ -88,7 +89,7 @@ std::vector<std::vector<TouchedSite>> touched_sites(const ElasticHierarchy& hier
         sites.push_back({.x = x, .y = y, .masked = site.masked});
       }
     }
-    first_matrix += static_cast<std::int32_t>(level.masked.cells.size());
+    first_matrix += static_cast<std::int32_t>(level.masked.x.size());
   }
   return levels;
 }

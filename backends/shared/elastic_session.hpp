@@ -6,7 +6,7 @@
 
 namespace hdmbench {
 
-/// What a session keeps, x and y of every site of a level.
+/// What a session keeps, the components of every site of a level.
 enum class ElasticField {
   displacement, ///< of the image only: pixels, with the prescribed components
   correction,   ///< of displacement, or of the finer level's correction: pixels, 0 where prescribed
@@ -55,7 +55,8 @@ public:
 
   /// On the image: to = value + factor * direction, any of which may be the same field.
   virtual void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) = 0;
-  /// On the image: the sum over all components of first * second, by a tree of 2 x 2 squares (site.inc).
+  /// On the image: the sum over all components of first * second, by a tree of 2 x 2 squares, in a volume
+  /// of 2 x 2 x 2 cubes (site.inc).
   [[nodiscard]] virtual float dot(ElasticField first, ElasticField second) const = 0;
 
   /// The level of the tree of dot() whose squares have 2^height sites a side: for who has a part of an image

@@ -12,16 +12,20 @@ static Reads around(ElasticField field) {
 
 void SteppedElasticSession::write(int level, ElasticField field, const VectorField& values) {
   take({"write", level, field, [&](ElasticSession& session) { session.write(level, field, values); },
-        [&](const Bounded&, int x, int y) {
-          const std::size_t at = values.extent.index(x, y);
-          return Bounded::Answer{values[0][at], values[1][at]};
+        [&](const Bounded&, int x, int y, int z) {
+          Bounded::Answer answer{};
+          for (std::size_t axis = 0; axis < values.extent.axes(); ++axis) {
+            answer[axis] = bounded::real(values[axis][values.extent.index(x, y, z)]);
+          }
+          return answer;
         },
         level});
 }
 
 void SteppedElasticSession::relax(int level, ElasticField field) {
   take({sweep_step, level, field, [=](ElasticSession& session) { session.relax(level, field); },
-        [=](const Bounded& of, int x, int y) { return of.relax(level, field, x, y); }, level, around(field)});
+        [=](const Bounded& of, int x, int y, int z) { return of.relax(level, field, x, y, z); }, level,
+        around(field)});
 }
 
 void SteppedElasticSession::relax_from_zero(int level) {
@@ -29,7 +33,7 @@ void SteppedElasticSession::relax_from_zero(int level) {
         level,
         ElasticField::correction,
         [=](ElasticSession& session) { session.relax_from_zero(level); },
-        [=](const Bounded& of, int x, int y) { return of.relax_from_zero(level, x, y); },
+        [=](const Bounded& of, int x, int y, int z) { return of.relax_from_zero(level, x, y, z); },
         level,
         {{ElasticField::load, 0}}});
 }
@@ -39,7 +43,7 @@ void SteppedElasticSession::forces(ElasticField of, ElasticField to) {
         0,
         to,
         [=](ElasticSession& session) { session.forces(of, to); },
-        [=](const Bounded& answers, int x, int y) { return answers.forces(of, x, y); },
+        [=](const Bounded& answers, int x, int y, int z) { return answers.forces(of, x, y, z); },
         0,
         {{of, 1}}});
 }
@@ -47,9 +51,9 @@ void SteppedElasticSession::forces(ElasticField of, ElasticField to) {
 void SteppedElasticSession::restrict_residual(int level, ElasticField of) {
   take({"restricted residual", level + 1, ElasticField::load,
         [=](ElasticSession& session) { session.restrict_residual(level, of); },
-        [=](const Bounded& answers, int x, int y) {
-          return answers.restricted(level, x, y,
-                                    [&](int i, int j) { return answers.free_residual(level, of, i, j); });
+        [=](const Bounded& answers, int x, int y, int z) {
+          return answers.restricted(
+              level, x, y, z, [&](int i, int j, int k) { return answers.free_residual(level, of, i, j, k); });
         },
         level, around(of)});
 }
@@ -59,9 +63,9 @@ void SteppedElasticSession::restrict_load(int level) {
         level + 1,
         ElasticField::load,
         [=](ElasticSession& session) { session.restrict_load(level); },
-        [=](const Bounded& answers, int x, int y) {
-          return answers.restricted(level, x, y,
-                                    [&](int i, int j) { return answers.free_load(level, i, j); });
+        [=](const Bounded& answers, int x, int y, int z) {
+          return answers.restricted(level, x, y, z,
+                                    [&](int i, int j, int k) { return answers.free_load(level, i, j, k); });
         },
         level,
         {{ElasticField::load, 0}}});
@@ -72,7 +76,7 @@ void SteppedElasticSession::interpolate(int level) {
         .level = level,
         .field = ElasticField::correction,
         .take = [=](ElasticSession& session) { session.interpolate(level); },
-        .answer = [=](const Bounded& of, int x, int y) { return of.interpolate(level, x, y); },
+        .answer = [=](const Bounded& of, int x, int y, int z) { return of.interpolate(level, x, y, z); },
         .at = level,
         .interpolates = true});
 }
@@ -82,7 +86,7 @@ void SteppedElasticSession::correct(int level, ElasticField field) {
         level,
         field,
         [=](ElasticSession& session) { session.correct(level, field); },
-        [=](const Bounded& of, int x, int y) { return of.correct(level, field, x, y); },
+        [=](const Bounded& of, int x, int y, int z) { return of.correct(level, field, x, y, z); },
         level,
         {{field, 0}},
         true});
@@ -91,7 +95,7 @@ void SteppedElasticSession::correct(int level, ElasticField field) {
 void SteppedElasticSession::solve_coarsest() {
   take({"coarsest solution", coarsest(), ElasticField::correction,
         [](ElasticSession& session) { session.solve_coarsest(); },
-        [](const Bounded& of, int x, int y) { return of.solve_coarsest(x, y); }, coarsest()});
+        [](const Bounded& of, int x, int y, int z) { return of.solve_coarsest(x, y, z); }, coarsest()});
 }
 
 void SteppedElasticSession::advance(ElasticField to, ElasticField value, float factor,
@@ -100,7 +104,7 @@ void SteppedElasticSession::advance(ElasticField to, ElasticField value, float f
         0,
         to,
         [=](ElasticSession& session) { session.advance(to, value, factor, direction); },
-        [=](const Bounded& of, int x, int y) { return of.advance(value, factor, direction, x, y); },
+        [=](const Bounded& of, int x, int y, int z) { return of.advance(value, factor, direction, x, y, z); },
         0,
         {{value, 0}, {direction, 0}}});
 }

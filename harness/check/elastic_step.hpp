@@ -26,7 +26,7 @@ struct ElasticStep {
   ElasticField field;
   std::function<void(ElasticSession&)> take;
   /// What the step has to make of a site; of the fields before the step.
-  std::function<BoundedElastic::Answer(const BoundedElastic&, int x, int y)> answer;
+  std::function<BoundedElastic::Answer(const BoundedElastic&, int x, int y, int z)> answer;
   int at; ///< the level that it works on: `level`, or the next finer one, which it restricts
   std::vector<Read> reads{}; ///< in the order in which they are wanted
   bool interpolates = false; ///< reads the correction of level + 1

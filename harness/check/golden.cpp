@@ -78,9 +78,10 @@ std::uint64_t hierarchy_hash(const ElasticHierarchy& hierarchy) {
     for (const std::vector<float>& response : level.response) {
       hash.add(response);
     }
-    for (const MaskedCell& cell : level.masked.cells) {
-      hash.add(cell.x);
-      hash.add(std::span<const float>(cell.stiffness));
+    const std::size_t entries = level.masked.components * level.masked.components;
+    for (std::size_t cell = 0; cell < level.masked.x.size(); ++cell) {
+      hash.add(level.masked.x[cell]);
+      hash.add(std::span<const float>(level.masked.matrix(cell), entries));
     }
   }
   hash.add(hierarchy.coarsest_inverse);

@@ -121,9 +121,9 @@ private:
                {.level = step.level, .iteration = static_cast<int>(steps_), .step = std::string(step.name)},
                [&](int x, int y) {
                  const std::size_t site = found.extent.index(x, y);
-                 const Bounded::Answer answer = step.answer(of, x, y);
-                 const double gap = std::max(gap_over_bound(answer.x, found[0][site]),
-                                             gap_over_bound(answer.y, found[1][site]));
+                 const Bounded::Answer answer = step.answer(of, x, y, 0);
+                 const double gap = std::max(gap_over_bound(answer[0], found[0][site]),
+                                             gap_over_bound(answer[1], found[1][site]));
                  const bool is_finite = std::isfinite(found[0][site]) && std::isfinite(found[1][site]);
                  return Certificate{.holds = gap <= 1.0 && is_finite, .gap_over_bound = gap};
                });

@@ -28,18 +28,21 @@ ElasticLevel part_of(const ElasticLevel& level, const Rectangle& part) {
   const Extent cells = result.grid.cells();
   copy_rows(level.response, result.response, part.extent());
   copy_rows(level.moments, result.moments, cells);
+  MaskedCells& masked = result.masked;
+  masked.rows = static_cast<std::size_t>(cells.height);
   for (int y = 0; y < cells.height; ++y) {
-    result.masked.row_begin.push_back(result.masked.cells.size());
+    masked.begin.push_back(masked.x.size());
     const auto [first, end] = level.masked.row(part.top + y);
     for (std::size_t i = first; i < end; ++i) {
-      MaskedCell cell = level.masked.cells[i];
-      cell.x -= part.left;
-      if (cell.x >= 0 && cell.x < cells.width) {
-        result.masked.cells.push_back(cell);
+      const int x = level.masked.x[i] - part.left;
+      if (x >= 0 && x < cells.width) {
+        masked.x.push_back(x);
+        const float* const matrix = level.masked.matrix(i);
+        masked.stiffness.insert(masked.stiffness.end(), matrix, matrix + masked.components * masked.components);
       }
     }
   }
-  result.masked.row_begin.push_back(result.masked.cells.size());
+  masked.begin.push_back(masked.x.size());
   return result;
 }
 

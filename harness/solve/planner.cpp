@@ -239,7 +239,7 @@ private:
   }
 
   /// Of sites, from that of components, pixels.
-  static double distance_of(const ElasticSolver::Step& step) { return std::sqrt(2.0) * step.change; }
+  static double distance_of(const ElasticSolver::Step& step) { return step.change; }
 
   [[nodiscard]] bool has_time_for(double seconds) const {
     return !request_.seconds || clock_.seconds() + seconds <= *request_.seconds;

@@ -80,7 +80,7 @@ void ElasticSolver::pull(VectorField start, const VectorField& forces_there) {
   session_.forces(ElasticField::displacement, ElasticField::load);
   VectorField load;
   session_.read(0, ElasticField::load, load);
-  const double unit = force_unit(sheet_.poisson);
+  const double unit = force_unit(2, sheet_.poisson);
   const Level& full = *sheet_.level;
   const SiteSprings& springs = *sheet_.springs;
   const bool held = !springs.xx.values.empty();
@@ -203,8 +203,8 @@ void ElasticSolver::sweep() {
 }
 
 double ElasticSolver::root_mean_square(float square) const {
-  const auto components = 2.0 * static_cast<double>(work_.front().extent.sites());
-  return std::sqrt(std::max(0.0, static_cast<double>(square)) / components);
+  const auto sites = static_cast<double>(work_.front().extent.sites());
+  return std::sqrt(std::max(0.0, static_cast<double>(square)) / sites);
 }
 
 ElasticSolver::Step ElasticSolver::cycle() {
@@ -257,8 +257,9 @@ VectorField ElasticSolver::displacement() const {
   VectorField field;
   session_.read(0, ElasticField::displacement, field);
   if (sprung_) {
-    std::ranges::transform(field[0], start_[0], field[0].begin(), std::plus<>());
-    std::ranges::transform(field[1], start_[1], field[1].begin(), std::plus<>());
+    for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
+      std::ranges::transform(field[axis], start_[axis], field[axis].begin(), std::plus<>());
+    }
   }
   return field;
 }
@@ -325,7 +326,7 @@ double ElasticSolver::settle(const Level& full, const std::vector<RigidMotion>& 
   std::ranges::transform(start_[0], moved[0], start_[0].begin(), std::plus<>());
   std::ranges::transform(start_[1], moved[1], start_[1].begin(), std::plus<>());
   session_.write(0, ElasticField::direction, moved);
-  return std::sqrt(2.0) * root_mean_square(session_.dot(ElasticField::direction, ElasticField::direction));
+  return root_mean_square(session_.dot(ElasticField::direction, ElasticField::direction));
 }
 
 double ElasticSolver::rounding(double largest, double contrast) const {
@@ -344,7 +345,7 @@ void solve_within(double accuracy, int most_steps, double contrast, ElasticSolve
     if (step.ended) {
       return;
     }
-    error.add(std::sqrt(2.0) * step.change); // of sites, from that of components
+    error.add(step.change);
   }
 }
 
@@ -378,7 +379,7 @@ std::optional<double> follow(const Schedule& schedule, double largest, double co
     if (step.ended) {
       return std::hypot(error.is_known() ? error.estimate() : 0.0, rounding);
     }
-    const double moved = std::sqrt(2.0) * step.change; // of sites, from that of components
+    const double moved = step.change;
     error.add(moved);
     of_cycles.add(moved);
     if (error.cautious_estimate() < least) {

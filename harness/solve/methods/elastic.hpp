@@ -17,7 +17,7 @@ class ElasticSolver {
 public:
   /// What a cycle did to displacement: the root mean square over all components, pixels.
   struct Step {
-    double change = 0.0;
+    double change = 0.0;  ///< root mean square over sites, pixels
     bool ended = false;   ///< nothing was changed
     bool at_rest = false; ///< ... for what is left is rounding; else numbers left what float can hold
   };

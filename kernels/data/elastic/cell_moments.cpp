@@ -67,13 +67,13 @@ void add_masked_cells(const ResponseRow& row, const MaskedCells& masked, int y) 
   for (int above = 1; above >= 0; --above) {
     const auto [first, last] = masked.row(y - above);
     for (std::size_t i = first; i < last; ++i) {
-      const MaskedCell& cell = masked.cells[i];
+      const float* const stiffness = masked.matrix(i);
       for (std::size_t right = 0; right < 2; ++right) {
         const std::size_t own = 4 * static_cast<std::size_t>(above) + 2 * right;
-        const std::size_t site = static_cast<std::size_t>(cell.x) + right;
-        row.xx[site] += cell.stiffness[8 * own + own];
-        row.xy[site] += cell.stiffness[8 * own + own + 1];
-        row.yy[site] += cell.stiffness[8 * (own + 1) + own + 1];
+        const std::size_t site = static_cast<std::size_t>(masked.x[i]) + right;
+        row.xx[site] += stiffness[8 * own + own];
+        row.xy[site] += stiffness[8 * own + own + 1];
+        row.yy[site] += stiffness[8 * (own + 1) + own + 1];
       }
     }
   }
@@ -109,7 +109,54 @@ void invert(const ResponseRow& row) {
   }
 }
 
+constexpr CellMatrix identity = [] {
+  CellMatrix result(2);
+  for (std::size_t i = 0; i < result.components; ++i) {
+    result.at(i, i) = 1.0;
+  }
+  return result;
+}();
+
+using InDouble = Elastic<double>;
+
+/// One component of the corners where the component `column` of all is 1 and the others are 0.
+HDM_FUNCTION InDouble::CellCorners unit_corners(std::size_t component, std::size_t column) {
+  const double* const unit = identity.values.data() + 8 * component + column;
+  return {unit[0], unit[16], unit[32], unit[48]};
+}
+
+HDM_FUNCTION void set_forces(CellMatrix& matrix, std::size_t corner, std::size_t column,
+                             InDouble::Force force) {
+  matrix.values[16 * corner + column] = -force.x;
+  matrix.values[16 * corner + 8 + column] = -force.y;
+}
+
+HDM_FUNCTION void set_column(CellMatrix& matrix, const InDouble::CellMoments& moments,
+                             const InDouble::PoissonRatio& ratio, std::size_t column) {
+  const InDouble::CellTension tension =
+      InDouble::cell_tension(moments, unit_corners(0, column), unit_corners(1, column), ratio);
+  set_forces(matrix, 0, column, InDouble::force_on_top_left(tension));
+  set_forces(matrix, 1, column, InDouble::force_on_top_right(tension));
+  set_forces(matrix, 2, column, InDouble::force_on_bottom_left(tension));
+  set_forces(matrix, 3, column, InDouble::force_on_bottom_right(tension));
+}
+
 } // namespace
+
+CellMatrix cell_matrix(const ElasticLevel& level, std::size_t index, const ElasticHierarchy& hierarchy) {
+  if (level.grid.axes() == 3) {
+    return volume_cell_matrix(level, index, hierarchy.lame);
+  }
+  const InFloat::CellMoments moments = level.cell(index);
+  const InDouble::CellMoments wide{moments.m, moments.mr, moments.ms, moments.mrr, moments.mss, moments.mrs};
+  const InDouble::PoissonRatio wide_ratio{hierarchy.ratio.nu, hierarchy.ratio.shear};
+  CellMatrix matrix(2);
+#pragma omp simd
+  for (std::size_t column = 0; column < 8; ++column) {
+    set_column(matrix, wide, wide_ratio, column);
+  }
+  return matrix;
+}
 
 void set_image_moments(ElasticLevel& image, const Level& full) {
   const Extent cells = image.grid.cells();

@@ -50,27 +50,35 @@ private:
   std::vector<double> values_;
 };
 
-Symmetric stiffness_of(const ElasticLevel& level, const ElasticInFloat::PoissonRatio& ratio) {
+Symmetric stiffness_of(const ElasticLevel& level, const ElasticHierarchy& hierarchy) {
   const Extent sites = level.grid.sites;
   const Extent cells = level.grid.cells();
-  Symmetric stiffness(2 * sites.sites());
-  const auto add = [&](int x, int y, const auto& matrix) {
+  const std::size_t axes = sites.axes();
+  const std::size_t components = axes << axes;
+  Symmetric stiffness(axes * sites.sites());
+  const auto add = [&](int x, int y, int z, const auto& entry) {
     const auto component = [&](std::size_t at) {
-      return 2 * sites.index(x + static_cast<int>(at / 2 % 2), y + static_cast<int>(at / 4)) + at % 2;
+      const auto bit = [&](std::size_t axis) { return static_cast<int>(at / axes >> axis & 1); };
+      return axes * sites.index(x + bit(0), y + bit(1), z + bit(2)) + at % axes;
     };
-    for (std::size_t row = 0; row < 8; ++row) {
-      for (std::size_t column = 0; column < 8; ++column) {
-        stiffness.at(component(row), component(column)) += static_cast<double>(matrix[8 * row + column]);
+    for (std::size_t row = 0; row < components; ++row) {
+      for (std::size_t column = 0; column < components; ++column) {
+        stiffness.at(component(row), component(column)) += entry(row, column);
       }
     }
   };
-  for (int y = 0; y < cells.height; ++y) {
-    for (int x = 0; x < cells.width; ++x) {
-      add(x, y, cell_matrix(level.cell(level.grid.index(x, y)), ratio));
-    }
-    const auto [first, last] = level.masked.row(y);
-    for (std::size_t i = first; i < last; ++i) {
-      add(level.masked.cells[i].x, y, level.masked.cells[i].stiffness);
+  for (int z = 0; z < cells.depth; ++z) {
+    for (int y = 0; y < cells.height; ++y) {
+      for (int x = 0; x < cells.width; ++x) {
+        const CellMatrix matrix = cell_matrix(level, level.grid.index(x, y, z), hierarchy);
+        add(x, y, z, [&](std::size_t row, std::size_t column) { return matrix.at(row, column); });
+      }
+      const auto [first, last] = level.masked.row(y, z);
+      for (std::size_t i = first; i < last; ++i) {
+        add(level.masked.x[i], y, z, [&](std::size_t row, std::size_t column) {
+          return static_cast<double>(level.masked.matrix(i)[components * row + column]);
+        });
+      }
     }
   }
   return stiffness;
@@ -78,10 +86,18 @@ Symmetric stiffness_of(const ElasticLevel& level, const ElasticInFloat::PoissonR
 
 } // namespace
 
-std::vector<float> coarsest_inverse(const ElasticLevel& level, const ElasticInFloat::PoissonRatio& ratio,
-                                    const std::vector<std::uint8_t>& prescribed) {
-  Symmetric stiffness = stiffness_of(level, ratio);
+std::vector<float> coarsest_inverse(const ElasticLevel& level, const ElasticHierarchy& hierarchy,
+                                    const Prescribed* prescribed) {
+  Symmetric stiffness = stiffness_of(level, hierarchy);
   const std::size_t size = stiffness.size();
+  const Extent sites = level.grid.sites;
+  const std::size_t axes = sites.axes();
+  const auto is_prescribed = [&](std::size_t component) {
+    const auto site = static_cast<int>(component / axes);
+    const int row = site / sites.width;
+    return prescribed != nullptr && prescribed->component[component % axes][level.grid.index(
+                                        site % sites.width, row % sites.height, row / sites.height)] != 0;
+  };
   std::vector<double> own(size);
   std::vector<std::uint8_t> moves(size);
   for (std::size_t i = 0; i < size; ++i) {
@@ -92,7 +108,7 @@ std::vector<float> coarsest_inverse(const ElasticLevel& level, const ElasticInFl
     std::size_t pivot = size;
     double best = least_share;
     for (std::size_t i = 0; i < size; ++i) {
-      const bool is_free = moves[i] == 0 && own[i] > 0.0 && (prescribed.empty() || prescribed[i] == 0);
+      const bool is_free = moves[i] == 0 && own[i] > 0.0 && !is_prescribed(i);
       if (is_free && stiffness.at(i, i) > best * own[i]) {
         best = stiffness.at(i, i) / own[i];
         pivot = i;

@@ -37,11 +37,11 @@ struct AveragesRow {
   float* value = nullptr;
 };
 
-/// Adds the sites of row `y`, every second one to its average, the others to both beside them by half.
-void add_to_averages(const Known& fine, int y, float share_of_row, AveragesRow sums) {
+/// Adds the sites of a row, every second one to its average, the others to both beside them by half.
+void add_to_averages(const Known& fine, std::size_t row, float share_of_row, AveragesRow sums) {
   const int width = fine.extent.width;
-  const float* const weight = fine.weight.data() + fine.extent.index(0, y);
-  const float* const value = fine.value.data() + fine.extent.index(0, y);
+  const float* const weight = fine.weight.data() + row;
+  const float* const value = fine.value.data() + row;
   int known = 0;
 #pragma omp simd reduction(+ : known)
   for (int site = 0; site < width; ++site) {
@@ -70,16 +70,23 @@ void add_to_averages(const Known& fine, int y, float share_of_row, AveragesRow s
   }
 }
 
-/// The mean over the 3 x 3 sites around each second one, nearer ones counting more.
+/// The mean over the sites next to each second one, nearer ones counting more.
 Known averaged(const Known& fine) {
-  Known coarse({fine.extent.width / 2 + 1, fine.extent.height / 2 + 1});
-#pragma omp parallel for if (fine.extent.sites() > sites_worth_threads)
-  for (int y = 0; y < coarse.extent.height; ++y) {
-    const std::size_t first = coarse.extent.index(0, y);
+  const Extent sites = fine.extent;
+  Known coarse({sites.width / 2 + 1, sites.height / 2 + 1, sites.axes() == 3 ? sites.depth / 2 + 1 : 1});
+  const int rows = coarse.extent.height * coarse.extent.depth;
+#pragma omp parallel for if (sites.sites() > sites_worth_threads)
+  for (int row = 0; row < rows; ++row) {
+    const int y = row % coarse.extent.height;
+    const int z = row / coarse.extent.height;
+    const std::size_t first = coarse.extent.index(0, row);
     float* const weight = coarse.weight.data() + first;
     float* const value = coarse.value.data() + first;
-    for (int j = std::max(2 * y - 1, 0); j <= std::min(2 * y + 1, fine.extent.height - 1); ++j) {
-      add_to_averages(fine, j, j == 2 * y ? 1.0F : 0.5F, {weight, value});
+    for (int k = std::max(2 * z - 1, 0); k <= std::min(2 * z + 1, sites.depth - 1); ++k) {
+      for (int j = std::max(2 * y - 1, 0); j <= std::min(2 * y + 1, sites.height - 1); ++j) {
+        const float share = (j == 2 * y ? 1.0F : 0.5F) * (k == 2 * z ? 1.0F : 0.5F);
+        add_to_averages(fine, sites.index(0, j, k), share, {weight, value});
+      }
     }
 #pragma omp simd
     for (int x = 0; x < coarse.extent.width; ++x) {
@@ -93,15 +100,26 @@ Known averaged(const Known& fine) {
 
 /// What `fine` does not know well enough comes from its averages.
 void fill(Known& fine, const Known& coarse) {
+  const int rows = fine.extent.height * fine.extent.depth;
+  const bool is_volume = fine.extent.axes() == 3;
 #pragma omp parallel for if (fine.extent.sites() > sites_worth_threads)
-  for (int y = 0; y < fine.extent.height; ++y) {
-    const std::size_t first = fine.extent.index(0, y);
+  for (int row = 0; row < rows; ++row) {
+    const int y = row % fine.extent.height;
+    const int z = row / fine.extent.height;
+    const std::size_t first = fine.extent.index(0, row);
     const float* const weight = fine.weight.data() + first;
     float* const value = fine.value.data() + first;
-    const float* const north = coarse.value.data() + coarse.extent.index(0, y / 2);
-    const float* const south = coarse.value.data() + coarse.extent.index(0, y / 2 + y % 2);
+    const auto coarse_row = [&](int j, int k) { return coarse.value.data() + coarse.extent.index(0, j, k); };
+    const float* const north = coarse_row(y / 2, z / 2);
+    const float* const south = coarse_row(y / 2 + y % 2, z / 2);
+    const float* const far_north = coarse_row(y / 2, z / 2 + z % 2);
+    const float* const far_south = coarse_row(y / 2 + y % 2, z / 2 + z % 2);
     const auto fill_site = [&](int x, int west, int east) {
-      const float mean = 0.25F * ((north[west] + north[east]) + (south[west] + south[east]));
+      float mean = 0.25F * ((north[west] + north[east]) + (south[west] + south[east]));
+      if (is_volume) {
+        const float far = 0.25F * ((far_north[west] + far_north[east]) + (far_south[west] + far_south[east]));
+        mean = 0.5F * (mean + far);
+      }
       const float missing = 1.0F - weight[x];
       const float both = weight[x] * value[x] + missing * mean;
       value[x] = missing > 0.0F ? both : value[x];
@@ -129,11 +147,11 @@ Known known_component(Extent extent, const std::vector<float>& target, const std
   return known;
 }
 
-/// All of it: by averages of averages, until there are no more than 2 x 2.
+/// All of it: by averages of averages, until there are no more than 2 a side.
 // Ends, as averages have half as many sites a side.
 // NOLINTNEXTLINE(misc-no-recursion)
 void extend(Known& known) {
-  if (known.extent.width <= 2 && known.extent.height <= 2) {
+  if (std::max({known.extent.width, known.extent.height, known.extent.depth}) <= 2) {
     fill(known);
     return;
   }
@@ -152,8 +170,9 @@ VectorField extended_conditions(const Level& level) {
     extend(known);
     return std::move(known.value);
   };
-  field[0] = extended(level.target[0], level.confidence[0]);
-  field[1] = extended(level.target[1], level.confidence[1]);
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+    field[axis] = extended(level.target[axis], level.confidence[axis]);
+  }
   return field;
 }
 

@@ -1,9 +1,11 @@
 #include "kernels/data/elastic/hierarchy.hpp"
 
 #include "kernels/data/elastic/set_up.hpp"
+#include "kernels/data/modulus.hpp"
 
 #include <algorithm>
 #include <cstdint>
+#include <optional>
 #include <utility>
 
 namespace hdmbench {
@@ -29,284 +31,301 @@ struct CellKinds {
   std::vector<std::uint32_t> index;
 };
 
-/// Of the first coarse level: a cell is cut where any of the 3 x 3 sites in it has a prescribed component.
-CellKinds kinds_below_image(Extent cells, const Prescribed& prescribed, const RingedGrid& grid) {
-  CellKinds kinds{cells, std::vector<CellKind>(cells.sites(), CellKind::whole), {}};
-  const Extent sites = grid.sites;
-#pragma omp parallel for if (sites.sites() > sites_worth_threads)
-  for (int y = 0; y < cells.height; ++y) {
+/// call(place of the cell, its coordinates) for every cell, a thread a row.
+template <typename Call>
+void for_each_cell(Extent cells, const Call& call) {
+  const int rows = cells.height * cells.depth;
+#pragma omp parallel for schedule(dynamic, rows_together) if (cells.sites() > sites_worth_threads)
+  for (int row = 0; row < rows; ++row) {
     for (int x = 0; x < cells.width; ++x) {
-      bool any = false;
-      bool all = true;
-      for (int j = 2 * y; j <= std::min(2 * y + 2, sites.height - 1); ++j) {
-        for (int i = 2 * x; i <= std::min(2 * x + 2, sites.width - 1); ++i) {
-          for (const std::vector<std::uint8_t>& component : prescribed.component) {
-            const bool is_prescribed = component[grid.index(i, j)] != 0;
-            any |= is_prescribed;
+      call(cells.index(x, row), x, row % cells.height, row / cells.height);
+    }
+  }
+}
+
+/// What conditions make of a coarse level's cells. One is cut where a coarse function of it is at home on a
+/// site with a prescribed component and may move there. `fine` are the prescribed components of the finer
+/// level, `coarse` of this one (null: none), `children` the finer level's kinds, empty where all are whole.
+CellKinds kinds_of(Extent cells, const RingedGrid& grid, const Prescribed* fine, const Prescribed* coarse,
+                   const RingedGrid& coarse_grid, const CellKinds& children) {
+  CellKinds kinds{cells, std::vector<CellKind>(cells.sites(), CellKind::whole), {}};
+  const std::size_t axes = grid.axes();
+  const Extent sites = grid.sites;
+  const auto may_move = [&](int x, int y, int z, std::array<int, 3> in, std::size_t axis) {
+    // By a function of the corners around: at 0, at 1, or in the middle of both.
+    for (std::size_t corner = 0; corner < std::size_t{1} << axes; ++corner) {
+      bool reaches = true;
+      for (std::size_t along = 0; along < 3; ++along) {
+        reaches &= in[along] == 1 || in[along] == static_cast<int>(2 * (corner >> along & 1));
+      }
+      if (reaches &&
+          (coarse == nullptr ||
+           coarse->component[axis][coarse_grid.index(x, y, z) + coarse_grid.to_corner(corner)] == 0)) {
+        return true;
+      }
+    }
+    return false;
+  };
+  for_each_cell(cells, [&](std::size_t cell, int x, int y, int z) {
+    bool any = false;
+    bool all = fine != nullptr;
+    const int depth = axes == 3 ? 3 : 1;
+    for (int k = 0; fine != nullptr && k < depth && 2 * z + k < sites.depth; ++k) {
+      for (int j = 0; j < 3 && 2 * y + j < sites.height; ++j) {
+        for (int i = 0; i < 3 && 2 * x + i < sites.width; ++i) {
+          for (std::size_t axis = 0; axis < axes; ++axis) {
+            const bool is_prescribed =
+                fine->component[axis][grid.index(2 * x + i, 2 * y + j, 2 * z + k)] != 0;
             all &= is_prescribed;
+            any = any || (is_prescribed && may_move(x, y, z, {i, j, k}, axis));
           }
         }
       }
-      if (any) {
-        kinds.kind[cells.index(x, y)] = all ? CellKind::empty : CellKind::masked;
+    }
+    std::array<bool, 3> found{false, any && !all, all}; // by CellKind
+    if (!children.kind.empty()) {
+      for (std::size_t child = 0; child < std::size_t{1} << axes; ++child) {
+        const auto bit = [&](std::size_t axis) { return static_cast<int>(child >> axis & 1); };
+        const Extent fine_cells = children.extent;
+        const int i = 2 * x + bit(0);
+        const int j = 2 * y + bit(1);
+        const int k = 2 * z + bit(2);
+        if (i < fine_cells.width && j < fine_cells.height && k < fine_cells.depth) {
+          const CellKind kind = children.kind[fine_cells.index(i, j, k)];
+          found[static_cast<std::size_t>(kind)] |= !all || kind == CellKind::masked;
+        }
       }
     }
-  }
+    const bool masked = found[static_cast<std::size_t>(CellKind::masked)];
+    const bool empty = found[static_cast<std::size_t>(CellKind::empty)];
+    const bool whole = found[static_cast<std::size_t>(CellKind::whole)];
+    kinds.kind[cell] = masked || (empty && whole) ? CellKind::masked
+                       : empty                    ? CellKind::empty
+                                                  : CellKind::whole;
+  });
   return kinds;
 }
 
-/// Nor has a cell moments with a child that has a spring.
-void mask_above(CellKinds& kinds, const CellKinds& image) {
-  for (int y = 0; y < image.extent.height; ++y) {
-    for (int x = 0; x < image.extent.width; ++x) {
-      if (image.kind[image.extent.index(x, y)] == CellKind::masked) {
-        kinds.kind[kinds.extent.index(x / 2, y / 2)] = CellKind::masked;
-      }
+/// The children's matrices between the functions that may move. `prescribed` is null where all may; `kinds`
+/// are empty where all cells are whole.
+CellMatrix galerkin(const ElasticHierarchy& hierarchy, const ElasticLevel& fine, const CellKinds& kinds,
+                    const Prescribed* prescribed, int x, int y, int z) {
+  const std::size_t axes = fine.grid.axes();
+  const Extent cells = fine.grid.cells();
+  CellMatrix sum(axes);
+  for (std::size_t child = 0; child < std::size_t{1} << axes; ++child) {
+    const auto bit = [&](std::size_t axis) { return static_cast<int>(child >> axis & 1); };
+    const int i = 2 * x + bit(0);
+    const int j = 2 * y + bit(1);
+    const int k = 2 * z + bit(2);
+    if (i >= cells.width || j >= cells.height || k >= cells.depth) {
+      continue;
     }
-  }
-}
-
-/// Of the other levels: cut where a child is.
-CellKinds kinds_below(Extent cells, const CellKinds& fine) {
-  CellKinds kinds{cells, std::vector<CellKind>(cells.sites()), {}};
-#pragma omp parallel for if (fine.extent.sites() > sites_worth_threads)
-  for (int y = 0; y < cells.height; ++y) {
-    const CellKind* const top = fine.kind.data() + fine.extent.index(0, 2 * y);
-    const CellKind* const bottom =
-        fine.kind.data() + fine.extent.index(0, std::min(2 * y + 1, fine.extent.height - 1));
-    for (int x = 0; x < cells.width; ++x) {
-      const int left = 2 * x;
-      const int right = std::min(2 * x + 1, fine.extent.width - 1);
-      const CellKind first = top[left];
-      const bool alike = top[right] == first && bottom[left] == first && bottom[right] == first;
-      kinds.kind[cells.index(x, y)] = alike ? first : CellKind::masked;
-    }
-  }
-  return kinds;
-}
-
-void clear_cell(ElasticLevel& level, int x, int y) {
-  for (std::vector<float>& moment : level.moments) {
-    moment[level.grid.index(x, y)] = 0.0F;
-  }
-}
-
-/// The children's matrices between the functions that may move. `prescribed` is null but on the image, whose
-/// `kinds` are empty where all its cells are whole.
-class Galerkin {
-public:
-  Galerkin(const ElasticLevel& fine, const CellKinds& kinds, const InFloat::PoissonRatio& ratio,
-           const Prescribed* prescribed)
-      : fine_(fine), kinds_(kinds), ratio_(ratio), prescribed_(prescribed) {}
-
-  [[nodiscard]] CellMatrix parent(int x, int y) const {
-    const Extent cells = fine_.grid.cells();
-    CellMatrix sum{};
-    for (int row = 0; row < 2 && 2 * y + row < cells.height; ++row) {
-      for (int column = 0; column < 2 && 2 * x + column < cells.width; ++column) {
-        add_child(sum, 2 * x + column, 2 * y + row, column, row);
-      }
-    }
-    return sum;
-  }
-
-private:
-  void add_child(CellMatrix& sum, int x, int y, int column, int row) const {
-    const std::size_t at = fine_.grid.index(x, y);
+    const std::size_t at = fine.grid.index(i, j, k);
     CellMask mask;
     mask.fill(1.0);
-    if (prescribed_ != nullptr) {
-      for (std::size_t i = 0; i < 8; ++i) {
-        const std::size_t site = at + i / 2 % 2 + i / 4 * fine_.grid.pitch;
-        mask[i] = prescribed_->component[i % 2][site] != 0 ? 0.0 : 1.0;
-      }
+    for (std::size_t c = 0; prescribed != nullptr && c < sum.components; ++c) {
+      mask[c] = prescribed->component[c % axes][at + fine.grid.to_corner(c / axes)] != 0 ? 0.0 : 1.0;
     }
-    const std::size_t cell = fine_.grid.cells().index(x, y);
-    const CellKind kind = kinds_.kind.empty() ? CellKind::whole : kinds_.kind[cell];
+    const std::size_t cell = cells.index(i, j, k);
+    const CellKind kind = kinds.kind.empty() ? CellKind::whole : kinds.kind[cell];
     if (kind == CellKind::whole) {
-      add_galerkin(sum, cell_matrix(fine_.cell(at), ratio_), column, row, mask);
+      add_galerkin(sum, cell_matrix(fine, at, hierarchy), child, mask);
     } else if (kind == CellKind::masked) {
-      const MaskedCell& masked = fine_.masked.cells[kinds_.index[cell]];
-      CellMatrix matrix{};
-      std::copy(masked.stiffness.begin(), masked.stiffness.end(), matrix.begin());
-      add_galerkin(sum, matrix, column, row, mask);
+      CellMatrix matrix(axes);
+      std::copy_n(fine.masked.matrix(kinds.index[cell]), sum.components * sum.components,
+                  matrix.values.begin());
+      add_galerkin(sum, matrix, child, mask);
     }
   }
-
-  const ElasticLevel& fine_;
-  const CellKinds& kinds_;
-  InFloat::PoissonRatio ratio_;
-  const Prescribed* prescribed_;
-};
-
-/// Of the two halves, which rounding made different, one; column by column.
-std::array<float, 64> symmetric(const CellMatrix& matrix) {
-  std::array<float, 64> result{};
-  for (std::size_t column = 0; column < 8; ++column) {
-    for (std::size_t row = 0; row < 8; ++row) {
-      result[8 * column + row] =
-          static_cast<float>(matrix[8 * std::max(row, column) + std::min(row, column)]);
-    }
-  }
-  return result;
+  return sum;
 }
 
-/// Lists the masked cells of `kinds`, each with `stiffness_at` its place, which may look at the moments
-/// there; a cell of the level that is not whole then has none.
-template <typename Stiffness>
-void set_masked_cells(ElasticLevel& level, CellKinds& kinds, const Stiffness& stiffness_at) {
+/// Lists the masked cells of `kinds`, each with matrix_at(x, y, z), which may look at the moments there; a
+/// cell of the level that is not whole then has none. Of the two halves of a matrix, which rounding made
+/// different, the upper one counts.
+template <typename Matrix>
+void set_masked_cells(ElasticLevel& level, CellKinds& kinds, const Matrix& matrix_at) {
   const Extent cells = kinds.extent;
+  MaskedCells& masked = level.masked;
   kinds.index.resize(cells.sites());
-  std::vector<std::size_t>& row_begin = level.masked.row_begin;
-  row_begin.assign(static_cast<std::size_t>(cells.height) + 1, 0);
-  for (int y = 0; y < cells.height; ++y) {
-    const CellKind* const row = kinds.kind.data() + cells.index(0, y);
-    row_begin[static_cast<std::size_t>(y) + 1] =
-        row_begin[static_cast<std::size_t>(y)] +
-        static_cast<std::size_t>(std::count(row, row + cells.width, CellKind::masked));
-  }
-  level.masked.cells.resize(row_begin.back());
-#pragma omp parallel for schedule(dynamic, rows_together) if (cells.sites() > sites_worth_threads)
-  for (int y = 0; y < cells.height; ++y) {
-    std::size_t next = row_begin[static_cast<std::size_t>(y)];
-    for (int x = 0; x < cells.width; ++x) {
-      const std::size_t at = cells.index(x, y);
-      if (kinds.kind[at] == CellKind::whole) {
-        continue;
-      }
-      if (kinds.kind[at] == CellKind::masked) {
-        kinds.index[at] = static_cast<std::uint32_t>(next);
-        level.masked.cells[next] = {.x = x, .stiffness = stiffness_at(x, y)};
-        ++next;
-      }
-      clear_cell(level, x, y);
+  masked.components = level.grid.axes() << level.grid.axes();
+  masked.rows = static_cast<std::size_t>(cells.height);
+  masked.begin.assign(1, 0);
+  for (std::size_t cell = 0; cell < cells.sites(); ++cell) {
+    kinds.index[cell] = static_cast<std::uint32_t>(masked.x.size());
+    if (kinds.kind[cell] == CellKind::masked) {
+      masked.x.push_back(static_cast<int>(cell % static_cast<std::size_t>(cells.width)));
+    }
+    if ((cell + 1) % static_cast<std::size_t>(cells.width) == 0) {
+      masked.begin.push_back(masked.x.size());
     }
   }
+  const std::size_t size = masked.components;
+  masked.stiffness.resize(masked.x.size() * size * size);
+  const bool has_moments = level.moments.size() > 1;
+  for_each_cell(cells, [&](std::size_t cell, int x, int y, int z) {
+    if (kinds.kind[cell] == CellKind::masked) {
+      const CellMatrix matrix = matrix_at(x, y, z);
+      float* const to = masked.stiffness.data() + kinds.index[cell] * size * size;
+      for (std::size_t column = 0; column < size; ++column) {
+        for (std::size_t row = 0; row < size; ++row) {
+          to[size * column + row] =
+              static_cast<float>(matrix.at(std::max(row, column), std::min(row, column)));
+        }
+      }
+    }
+    if (kinds.kind[cell] != CellKind::whole && has_moments) {
+      for (std::vector<float>& moment : level.moments) {
+        moment[level.grid.index(x, y, z)] = 0.0F;
+      }
+    }
+  });
 }
 
-/// The stiffness of a site's spring.
-struct SpringAt {
-  double xx = 0.0;
-  double xy = 0.0;
-  double yy = 0.0;
+/// The stiffness of a site's spring: symmetric_entry() of it.
+using Spring = std::array<double, 6>;
 
-  [[nodiscard]] bool is_none() const { return xx == 0.0 && xy == 0.0 && yy == 0.0; }
-};
-
-/// Springs of the image: each is a part of the matrix of the cell at the bottom right of its site, at the
-/// last row and column of the one before. `spring_at` tells that of a site of the level.
-template <typename Spring>
-CellKinds add_springs(ElasticLevel& image, const InFloat::PoissonRatio& ratio, double poisson,
-                      const Spring& spring_at) {
+/// Springs of the image: each is a part of the matrix of the cell at the far corner of its site, at the last
+/// row, column and plane of the one before. `spring_at` tells that of a site of the level.
+template <typename SpringAt>
+CellKinds add_springs(ElasticLevel& image, const ElasticHierarchy& hierarchy, double unit,
+                      const SpringAt& spring_at) {
   const Extent sites = image.grid.sites;
   const Extent cells = image.grid.cells();
-  const auto for_each_spring = [&](int cell_x, int cell_y, const auto& call) {
-    for (int y = cell_y; y <= (cell_y + 1 == cells.height ? cell_y + 1 : cell_y); ++y) {
-      for (int x = cell_x; x <= (cell_x + 1 == cells.width ? cell_x + 1 : cell_x); ++x) {
-        const SpringAt spring = spring_at(sites.index(x, y));
-        if (!spring.is_none()) {
-          call(x - cell_x + 2 * (y - cell_y), spring);
+  const std::size_t axes = sites.axes();
+  const auto for_each_spring = [&](int cell_x, int cell_y, int cell_z, const auto& call) {
+    for (std::size_t corner = 0; corner < std::size_t{1} << axes; ++corner) {
+      const auto bit = [&](std::size_t axis) { return static_cast<int>(corner >> axis & 1); };
+      if ((bit(0) == 0 || cell_x + 1 == cells.width) && (bit(1) == 0 || cell_y + 1 == cells.height) &&
+          (bit(2) == 0 || cell_z + 1 == cells.depth)) {
+        const Spring spring = spring_at(sites.index(cell_x + bit(0), cell_y + bit(1), cell_z + bit(2)));
+        if (spring != Spring{}) {
+          call(corner, spring);
         }
       }
     }
   };
   CellKinds kinds{cells, std::vector<CellKind>(cells.sites(), CellKind::whole), {}};
-#pragma omp parallel for if (sites.sites() > sites_worth_threads)
-  for (int y = 0; y < cells.height; ++y) {
-    for (int x = 0; x < cells.width; ++x) {
-      for_each_spring(x, y, [&](int, const SpringAt&) { kinds.kind[cells.index(x, y)] = CellKind::masked; });
-    }
-  }
-  const double unit = force_unit(poisson);
-  set_masked_cells(image, kinds, [&](int x, int y) {
-    CellMatrix matrix = cell_matrix(image.cell(image.grid.index(x, y)), ratio);
-    for_each_spring(x, y, [&](int corner, const SpringAt& spring) {
-      const std::size_t entry = 2 * static_cast<std::size_t>(corner);
-      matrix[9 * entry] += unit * spring.xx;
-      matrix[9 * entry + 1] += unit * spring.xy;
-      matrix[9 * entry + 8] += unit * spring.xy;
-      matrix[9 * entry + 9] += unit * spring.yy;
+  for_each_cell(cells, [&](std::size_t cell, int x, int y, int z) {
+    for_each_spring(x, y, z, [&](std::size_t, const Spring&) { kinds.kind[cell] = CellKind::masked; });
+  });
+  set_masked_cells(image, kinds, [&](int x, int y, int z) {
+    CellMatrix matrix = cell_matrix(image, image.grid.index(x, y, z), hierarchy);
+    for_each_spring(x, y, z, [&](std::size_t corner, const Spring& spring) {
+      for (std::size_t a = 0; a < axes; ++a) {
+        for (std::size_t b = 0; b < axes; ++b) {
+          matrix.at(axes * corner + a, axes * corner + b) += unit * spring[symmetric_entry(axes, a, b)];
+        }
+      }
     });
-    std::array<float, 64> stiffness{};
-    std::ranges::transform(matrix, stiffness.begin(), [](double value) { return static_cast<float>(value); });
-    return stiffness;
+    return matrix;
   });
   return kinds;
 }
 
 bool is_coarsest(Extent sites) {
-  return std::max(sites.width, sites.height) - 1 <= most_coarsest_cells;
-}
-
-std::vector<std::uint8_t> in_turn(const Prescribed& prescribed, const RingedGrid& grid) {
-  std::vector<std::uint8_t> components;
-  for (int y = 0; y < grid.sites.height; ++y) {
-    for (int x = 0; x < grid.sites.width; ++x) {
-      components.push_back(prescribed.component[0][grid.index(x, y)]);
-      components.push_back(prescribed.component[1][grid.index(x, y)]);
-    }
-  }
-  return components;
+  return std::max({sites.width, sites.height, sites.depth}) - 1 <= most_coarsest_cells(sites.axes());
 }
 
 /// `spring_at` is null where there are no springs.
-template <typename Spring>
-ElasticHierarchy hierarchy_of(const Level& full, double poisson, const Spring* spring_at) {
+template <typename SpringAt>
+ElasticHierarchy hierarchy_of(const Level& full, double poisson, const SpringAt* spring_at) {
+  const bool is_volume = full.extent.axes() == 3;
   ElasticHierarchy hierarchy;
   hierarchy.ratio = InFloat::poisson_ratio(poisson);
-  ElasticLevel& image = hierarchy.levels.emplace_back(empty_level(full.extent));
-  const Prescribed prescribed(full, image.grid);
-  set_image_moments(image, full);
+  hierarchy.lame = VolumeInFloat::lame_ratio(poisson);
+  ElasticLevel& image = hierarchy.levels.emplace_back(empty_level(full.extent, is_volume ? 1 : 6));
+  Prescribed prescribed(full, image.grid); // of the last level
+  std::optional<VolumeRelaxation> relaxation;
+  if (is_volume) {
+    relaxation.emplace(poisson, contrast_of(full.modulus));
+    set_volume_moments(image, full);
+  } else {
+    set_image_moments(image, full);
+  }
   CellKinds kinds; // of the last level
   if (spring_at != nullptr && full.extent.width > 1 && full.extent.height > 1) {
-    kinds = add_springs(image, hierarchy.ratio, poisson, *spring_at);
+    kinds = add_springs(image, hierarchy, force_unit(full.extent.axes(), poisson), *spring_at);
   }
-  set_response(image, hierarchy.ratio, &prescribed);
+  const auto respond = [&](ElasticLevel& level, bool is_image) {
+    if (is_volume) {
+      set_volume_response(level, *relaxation, prescribed);
+    } else {
+      set_response(level, hierarchy.ratio, is_image ? &prescribed : nullptr);
+    }
+  };
+  respond(image, true);
   while (!is_coarsest(hierarchy.levels.back().grid.sites)) {
     const ElasticLevel& fine = hierarchy.levels.back();
+    const Extent sites = fine.grid.sites;
     const bool is_image = hierarchy.levels.size() == 1;
-    ElasticLevel level = empty_level({fine.grid.sites.width / 2 + 1, fine.grid.sites.height / 2 + 1});
-    const Extent cells = level.grid.cells();
-    set_parent_moments(level, fine);
-    CellKinds coarse_kinds =
-        is_image ? kinds_below_image(cells, prescribed, fine.grid) : kinds_below(cells, kinds);
-    if (is_image && !kinds.kind.empty()) {
-      mask_above(coarse_kinds, kinds);
+    ElasticLevel level = empty_level(
+        {sites.width / 2 + 1, sites.height / 2 + 1, is_volume ? sites.depth / 2 + 1 : 1}, is_volume ? 23 : 6);
+    is_volume ? set_volume_parents(level, fine) : set_parent_moments(level, fine);
+    const Prescribed* const of_fine = is_image || is_volume ? &prescribed : nullptr;
+    std::optional<Prescribed> coarse;
+    if (is_volume) {
+      coarse.emplace(prescribed, fine.grid, level.grid);
     }
-    const Galerkin galerkin(fine, kinds, hierarchy.ratio, is_image ? &prescribed : nullptr);
-    set_masked_cells(level, coarse_kinds, [&](int x, int y) { return symmetric(galerkin.parent(x, y)); });
-    set_response(level, hierarchy.ratio, nullptr);
+    CellKinds coarse_kinds =
+        kinds_of(level.grid.cells(), fine.grid, of_fine, coarse ? &*coarse : nullptr, level.grid, kinds);
+    set_masked_cells(level, coarse_kinds,
+                     [&](int x, int y, int z) { return galerkin(hierarchy, fine, kinds, of_fine, x, y, z); });
+    if (coarse) {
+      prescribed = std::move(*coarse);
+    }
+    respond(level, false);
     kinds = std::move(coarse_kinds);
     hierarchy.levels.push_back(std::move(level));
   }
-  const ElasticLevel& coarsest = hierarchy.levels.back();
   hierarchy.coarsest_inverse = coarsest_inverse(
-      coarsest, hierarchy.ratio,
-      hierarchy.levels.size() == 1 ? in_turn(prescribed, coarsest.grid) : std::vector<std::uint8_t>{});
+      hierarchy.levels.back(), hierarchy, is_volume || hierarchy.levels.size() == 1 ? &prescribed : nullptr);
   return hierarchy;
 }
 
 /// The springs that confidences below 1 make.
 auto springs_of(const Level& full) {
   return [&full](std::size_t at) {
-    const auto stiffness = [&](float confidence) {
-      return is_spring(confidence) ? spring_stiffness(full.modulus.values[at], confidence) : 0.0;
-    };
-    return SpringAt{stiffness(full.confidence[0][at]), 0.0, stiffness(full.confidence[1][at])};
+    Spring spring{};
+    for (std::size_t axis = 0; axis < full.extent.axes(); ++axis) {
+      const float confidence = full.confidence[axis][at];
+      if (is_spring(confidence)) {
+        spring[symmetric_entry(full.extent.axes(), axis, axis)] =
+            spring_stiffness(full.modulus.values[at], confidence);
+      }
+    }
+    return spring;
   };
 }
 
 } // namespace
 
 Prescribed::Prescribed(const Level& full, const RingedGrid& grid) {
-  for (std::size_t xy = 0; xy < 2; ++xy) {
-    component[xy].resize(grid.size());
-    const std::vector<float>& confidence = xy == 0 ? full.confidence[0] : full.confidence[1];
+  for (std::size_t axis = 0; axis < grid.axes(); ++axis) {
+    component.emplace_back(grid.size());
+    const int rows = full.extent.height * full.extent.depth;
 #pragma omp parallel for if (full.extent.sites() > sites_worth_threads)
-    for (int y = 0; y < full.extent.height; ++y) {
-      const float* const from = confidence.data() + full.extent.index(0, y);
-      std::transform(from, from + full.extent.width, component[xy].data() + grid.index(0, y),
+    for (int row = 0; row < rows; ++row) {
+      const float* const from = full.confidence[axis].data() + full.extent.index(0, row);
+      std::transform(from, from + full.extent.width,
+                     component[axis].data() +
+                         grid.index(0, row % full.extent.height, row / full.extent.height),
                      [](float value) -> std::uint8_t { return value >= 1.0F ? 1 : 0; });
+    }
+  }
+}
+
+Prescribed::Prescribed(const Prescribed& fine, const RingedGrid& fine_grid, const RingedGrid& grid) {
+  const Extent sites = fine_grid.sites;
+  for (const std::vector<std::uint8_t>& from : fine.component) {
+    std::vector<std::uint8_t>& to = component.emplace_back(grid.size());
+    for (int z = 0; 2 * z < sites.depth; ++z) {
+      for (int y = 0; 2 * y < sites.height; ++y) {
+        for (int x = 0; 2 * x < sites.width; ++x) {
+          to[grid.index(x, y, z)] = from[fine_grid.index(2 * x, 2 * y, 2 * z)];
+        }
+      }
     }
   }
 }
@@ -319,21 +338,23 @@ ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, Sprin
 
 ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, const SiteSprings& springs) {
   const auto spring_at = [&springs](std::size_t at) {
-    return SpringAt{static_cast<double>(springs.xx.values[at]), static_cast<double>(springs.xy.values[at]),
-                    static_cast<double>(springs.yy.values[at])};
+    return Spring{static_cast<double>(springs.xx.values[at]), static_cast<double>(springs.xy.values[at]),
+                  static_cast<double>(springs.yy.values[at])};
   };
   return hierarchy_of(full, poisson, &spring_at);
 }
 
-ElasticLevel empty_level(Extent sites) {
+ElasticLevel empty_level(Extent sites, std::size_t moments) {
   ElasticLevel level;
   level.grid = RingedGrid(sites);
-  std::array<std::vector<float>*, 9> arrays{};
-  std::ranges::transform(level.moments, arrays.begin(), [](auto& values) { return &values; });
-  std::ranges::transform(level.response, arrays.begin() + level.moments.size(),
-                         [](auto& values) { return &values; });
-  for (std::vector<float>* const values : arrays) { // where memory is short, outside of the threads
-    values->reserve(level.grid.size());
+  level.moments.resize(moments);
+  level.response.resize(sites.axes() * (sites.axes() + 1) / 2);
+  std::vector<std::vector<float>*> arrays;
+  for (auto* const group : {&level.moments, &level.response}) {
+    for (std::vector<float>& values : *group) {
+      values.reserve(level.grid.size()); // where memory is short, outside of the threads
+      arrays.push_back(&values);
+    }
   }
 #pragma omp parallel for if (sites.sites() > sites_worth_threads)
   for (std::vector<float>* const values : arrays) {

@@ -5,48 +5,84 @@
 #include "kernels/data/level.hpp"
 #include "kernels/specification/elastic/elastic.hpp"
 
-#include <array>
+#include <algorithm>
 #include <cstddef>
 #include <vector>
 
 namespace hdmbench {
 
-/// Where the numbers of sites and cells lie in memory: row by row, with a ring of zeros around, so that
-/// nobody has to ask whether a neighbour is there. Cell (x, y) lies between the sites (x, y) and
-/// (x + 1, y + 1); those with x or y = -1, and the last ones, belong to the ring: their stiffness is 0.
+/// Where the numbers of sites and cells lie in memory: row by row, with a ring of zeros around (in a volume
+/// above and below, too), so that nobody has to ask whether a neighbour is there. Cell (x, y, z) lies between
+/// the sites (x, y, z) and (x + 1, y + 1, z + 1); those with a coordinate -1, and the last ones, belong to
+/// the ring: their stiffness is 0.
 struct RingedGrid {
   RingedGrid() = default;
   explicit RingedGrid(Extent sites_)
-      : sites(sites_), pitch((static_cast<std::size_t>(sites_.width) + 1 + margin) / margin * margin) {}
+      : sites(sites_), pitch((static_cast<std::size_t>(sites_.width) + 1 + margin) / margin * margin),
+        plane((static_cast<std::size_t>(sites_.height) + 2) * pitch) {}
 
-  /// -1 <= x <= width, -1 <= y <= height.
-  [[nodiscard]] std::size_t index(int x, int y) const {
-    return static_cast<std::size_t>(y + 1) * pitch + margin - 1 + static_cast<std::size_t>(x + 1);
+  [[nodiscard]] std::size_t axes() const { return sites.axes(); }
+  /// Coordinates from -1 to the number of sites; z is 0 in an image.
+  [[nodiscard]] std::size_t index(int x, int y, int z = 0) const {
+    const auto before = static_cast<std::size_t>(axes() == 3 ? z + 1 : 0);
+    return before * plane + static_cast<std::size_t>(y + 1) * pitch + margin - 1 +
+           static_cast<std::size_t>(x + 1);
+  }
+  /// From a site to the one that is 1 farther along the axes whose bits `corner` has, x the lowest.
+  [[nodiscard]] std::size_t to_corner(std::size_t corner) const {
+    return (corner & 1) + (corner >> 1 & 1) * pitch + (corner >> 2) * plane;
   }
   /// Of an array, with the ring.
   [[nodiscard]] std::size_t size() const {
-    return (static_cast<std::size_t>(sites.height) + 2) * pitch + margin;
+    return (axes() == 3 ? static_cast<std::size_t>(sites.depth) + 2 : 1) * plane + margin;
   }
-  [[nodiscard]] Extent cells() const { return {sites.width - 1, sites.height - 1}; }
+  /// Of an image one plane.
+  [[nodiscard]] Extent cells() const {
+    return {sites.width - 1, sites.height - 1, std::max(sites.depth - 1, 1)};
+  }
 
   static constexpr std::size_t margin = 16; ///< floats: rows begin where vectors do
   Extent sites;
   std::size_t pitch = 0; ///< floats from a row to the next
+  std::size_t plane = 0; ///< floats from a plane to the next
 };
 
-/// One level of an elastic sheet: all that a sweep reads and does not write.
+/// Of a symmetric matrix of so many axes, which is kept row by row from its diagonal on: the place of an
+/// entry.
+[[nodiscard]] constexpr std::size_t symmetric_entry(std::size_t axes, std::size_t row, std::size_t column) {
+  const std::size_t first = row < column ? row : column;
+  return first * axes - first * (first + 1) / 2 + (row < column ? column : row);
+}
+
+/// One level of an elastic body: all that a sweep reads and does not write.
 struct ElasticLevel {
   RingedGrid grid;
-  /// Of cells, in the order of CellMoments (specification/elastic/cell.inc), MPa. 0 where a cell is masked.
-  std::array<std::vector<float>, 6> moments;
-  /// SiteResponse of sites: xx, xy, yy.
-  std::array<std::vector<float>, 3> response;
+  /// Of cells, MPa, in the order of CellMoments: six in an image (specification/elastic/cell.inc), 23 in a
+  /// volume (volume.inc), 0 where a cell is masked. A volume's finest level has one array instead: the
+  /// modulus of each site.
+  std::vector<std::vector<float>> moments;
+  /// SiteResponse of sites: symmetric_entry() of the relaxation times the inverse of their own stiffness.
+  std::vector<std::vector<float>> response;
   MaskedCells masked; ///< on the finest level those with a spring: at most as many as observed sites
 
-  /// `index` of the grid.
+  /// Of an image; `index` of the grid.
   [[nodiscard]] ElasticInFloat::CellMoments cell(std::size_t index) const {
     return {moments[0][index], moments[1][index], moments[2][index],
             moments[3][index], moments[4][index], moments[5][index]};
+  }
+  /// Of a volume, for any scalar; a cell that does not belong to the ring.
+  template <typename Scalar>
+  [[nodiscard]] typename ElasticVolume<Scalar>::CellMoments volume_cell(std::size_t index) const {
+    const auto at = [&](std::size_t number) { return Scalar(moments[number][index]); };
+    if (moments.size() == 1) {
+      const auto site = [&](std::size_t corner) {
+        return Scalar(moments[0][index + grid.to_corner(corner)]);
+      };
+      return ElasticVolume<Scalar>::image_cell(
+          {site(0), site(1), site(2), site(3), site(4), site(5), site(6), site(7)});
+    }
+    return {at(0),  at(1),  at(2),  at(3),  at(4),  at(5),  at(6),  at(7),  at(8),  at(9),  at(10), at(11),
+            at(12), at(13), at(14), at(15), at(16), at(17), at(18), at(19), at(20), at(21), at(22)};
   }
 };
 
@@ -56,28 +92,35 @@ enum class Springs {
   none  ///< they are free
 };
 
-/// A sheet with its conditions on all levels, exact: the energy of a coarse field is that of its bilinear
-/// interpolation, 0 at components that are prescribed (Galerkin). Coarse site (x, y) is fine site (2x, 2y).
+/// A sheet or a body with its conditions on all levels, exact: the energy of a coarse field is that of its
+/// linear interpolation, 0 at components that are prescribed (Galerkin). Coarse site (x, y, z) is fine site
+/// (2x, 2y, 2z). In a volume a coarse component is prescribed, too, where that fine one is: it is 0, and
+/// fewer cells are cut.
 struct ElasticHierarchy {
   ElasticInFloat::PoissonRatio ratio{};
+  float lame = 0.0F;                ///< lambda / mu: of volumes
   std::vector<ElasticLevel> levels; ///< the image first; at least one
-  /// Displacements of the coarsest level from its load, x and y of each site in turn: column by column.
+  /// Displacements of the coarsest level from its load, the components of each site in turn: column by
+  /// column.
   std::vector<float> coarsest_inverse;
 };
 
-/// A level whose cells have no stiffness and whose sites do not respond.
-[[nodiscard]] ElasticLevel empty_level(Extent sites);
+/// A level whose cells have no stiffness and whose sites do not respond, with so many arrays of moments.
+[[nodiscard]] ElasticLevel empty_level(Extent sites, std::size_t moments = 6);
 
-/// How far a sweep goes towards the minimum of each site. On the image no wave has more than 3.25 times the
-/// stiffness of its sites where the Poisson ratio is not negative (element by element, whatever the moduli),
-/// and 2 / 3.25 = 0.615 is where it would grow. Single coarse cells reach 3.84; no sheet of them was seen to.
+/// How far a sweep goes towards the minimum of each site of an image. There no wave has more than 3.25 times
+/// the stiffness of its sites where the Poisson ratio is not negative (element by element, whatever the
+/// moduli), and 2 / 3.25 = 0.615 is where it would grow. Single coarse cells reach 3.84; no sheet of them was
+/// seen to.
 inline constexpr double elastic_relaxation = 0.6;
 
-/// No more cells a side on the coarsest level, which is solved by a matrix.
-inline constexpr int most_coarsest_cells = 6;
+/// No more cells a side on the coarsest level, which is solved by a matrix of at most 98 or 81 rows.
+[[nodiscard]] constexpr int most_coarsest_cells(std::size_t axes) {
+  return axes == 3 ? 2 : 6;
+}
 
-/// The components with confidence 1 are prescribed. The level is assumed to be valid; poisson in (-1, 0.5].
-/// The same bits whatever the number of threads.
+/// The components with confidence 1 are prescribed. The level is assumed to be valid; poisson in (-1, 0.5],
+/// in a volume below 0.5. The same bits whatever the number of threads.
 [[nodiscard]] ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson,
                                                       Springs springs = Springs::pull);
 /// The same with `springs` in place of those that confidences below 1 make. A spring has no effect on a
@@ -86,8 +129,8 @@ inline constexpr int most_coarsest_cells = 6;
                                                       const SiteSprings& springs);
 
 /// What the forces of sessions are, over those of finite elements of the same moduli.
-[[nodiscard]] inline double force_unit(double poisson) {
-  return 4.0 * (1.0 - poisson * poisson);
+[[nodiscard]] inline double force_unit(std::size_t axes, double poisson) {
+  return axes == 3 ? 32.0 * (1.0 + poisson) : 4.0 * (1.0 - poisson * poisson);
 }
 
 } // namespace hdmbench

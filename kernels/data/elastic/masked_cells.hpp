@@ -1,47 +1,58 @@
 #pragma once
 
-#include "kernels/specification/elastic/elastic.hpp"
-
 #include <array>
 #include <cstddef>
-#include <cstdint>
 #include <vector>
 
 namespace hdmbench {
 
-/// Force on each of a cell's eight components, x and y of the corners in reading order, by each of them, with
-/// the opposite sign: row by row. In double, on the way to a coarser level.
-using CellMatrix = std::array<double, 64>;
+/// Force on each component of a cell's corners by each of them, with the opposite sign: row by row, 8 x 8
+/// in an image (x and y of four corners in reading order) or 24 x 24 in a volume. In double, on the way to a
+/// coarser level.
+struct CellMatrix {
+  /// All 0; 2 or 3 axes.
+  explicit constexpr CellMatrix(std::size_t axes_) : axes(axes_), components(axes << axes) {}
 
-/// Of a cell that its moments describe.
-[[nodiscard]] CellMatrix cell_matrix(const ElasticInFloat::CellMoments& moments,
-                                     const ElasticInFloat::PoissonRatio& ratio);
+  [[nodiscard]] constexpr double& at(std::size_t row, std::size_t column) {
+    return values[row * components + column];
+  }
+  [[nodiscard]] constexpr double at(std::size_t row, std::size_t column) const {
+    return values[row * components + column];
+  }
 
-/// Which of a cell's eight components a coarse function may move: 0 or 1.
-using CellMask = std::array<double, 8>;
-
-/// sum += P' child P, P being the bilinear interpolation from the corners of a parent to those of its child
-/// at column and row 0 or 1, with rows of components that `mask` has as 0 left out.
-void add_galerkin(CellMatrix& sum, const CellMatrix& child, int column, int row, const CellMask& mask);
-
-/// A coarse cell whose basis functions are cut by conditions.
-struct MaskedCell {
-  int x = 0;
-  /// CellMatrix in float, column by column (it is symmetric): eight forces advance side by side.
-  std::array<float, 64> stiffness{};
+  std::size_t axes;
+  std::size_t components;
+  std::array<double, 576> values{};
 };
 
-/// Those of a level in reading order.
-struct MaskedCells {
-  std::vector<MaskedCell> cells;
-  std::vector<std::size_t> row_begin; ///< of each row of cells, and the end
+/// Which of a cell's components a coarse function may move: 0 or 1.
+using CellMask = std::array<double, 24>;
 
-  /// Those of row y: indices first and last.
-  [[nodiscard]] std::array<std::size_t, 2> row(int y) const {
-    if (y < 0 || static_cast<std::size_t>(y) + 1 >= row_begin.size()) {
+/// sum += P' child P, P being the linear interpolation from the corners of a parent to those of its child,
+/// the one at 0 or 1 of each axis, x in the lowest bit of `place`, with rows of components that `mask` has as
+/// 0 left out.
+void add_galerkin(CellMatrix& sum, const CellMatrix& child, std::size_t place, const CellMask& mask);
+
+/// The cells of a level whose basis functions are cut by conditions, in reading order: each has a matrix in
+/// place of moments.
+struct MaskedCells {
+  std::vector<int> x;             ///< of each
+  std::vector<float> stiffness;   ///< CellMatrix of each, column by column (it is symmetric)
+  std::size_t components = 8;     ///< of a cell: 8 or 24
+  std::size_t rows = 0;           ///< of cells in a plane
+  std::vector<std::size_t> begin; ///< of each row of cells, and the end
+
+  [[nodiscard]] bool empty() const { return x.empty(); }
+  [[nodiscard]] const float* matrix(std::size_t cell) const {
+    return stiffness.data() + cell * components * components;
+  }
+  /// Those of row (y, z): indices first and last. Rows that are not there have none.
+  [[nodiscard]] std::array<std::size_t, 2> row(int y, int z = 0) const {
+    const auto number = static_cast<std::size_t>(z) * rows + static_cast<std::size_t>(y);
+    if (y < 0 || z < 0 || static_cast<std::size_t>(y) >= rows || number + 1 >= begin.size()) {
       return {0, 0};
     }
-    return {row_begin[static_cast<std::size_t>(y)], row_begin[static_cast<std::size_t>(y) + 1]};
+    return {begin[number], begin[number + 1]};
   }
 };
 

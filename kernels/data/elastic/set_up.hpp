@@ -2,7 +2,6 @@
 
 #include "kernels/data/elastic/hierarchy.hpp"
 
-#include <algorithm>
 #include <array>
 #include <cstdint>
 #include <vector>
@@ -11,9 +10,12 @@ namespace hdmbench {
 
 /// Not 0 where a component is prescribed, with the grid's ring, which is not.
 struct Prescribed {
+  /// Of the image.
   Prescribed(const Level& full, const RingedGrid& grid);
+  /// Of a coarse level of a volume: what the fine sites at the same places are.
+  Prescribed(const Prescribed& fine, const RingedGrid& fine_grid, const RingedGrid& grid);
 
-  std::array<std::vector<std::uint8_t>, 2> component;
+  std::vector<std::vector<std::uint8_t>> component;
 };
 
 /// Sets the moments of the image's cells from the moduli of its pixels.
@@ -21,19 +23,42 @@ void set_image_moments(ElasticLevel& image, const Level& full);
 /// Sets the moments of a coarse level's cells from those of their children. Children that stick out of the
 /// image lie in the ring: they add nothing.
 void set_parent_moments(ElasticLevel& level, const ElasticLevel& fine);
+/// The same of volumes.
+void set_volume_moments(ElasticLevel& image, const Level& full);
+void set_volume_parents(ElasticLevel& level, const ElasticLevel& fine);
 
 /// Sets ElasticLevel::response from the level's moments and masked cells: elastic_relaxation times the
 /// inverse of a site's own 2 x 2 stiffness. `prescribed` is null but on the image, and its components do not
 /// respond.
 void set_response(ElasticLevel& level, const ElasticInFloat::PoissonRatio& ratio,
                   const Prescribed* prescribed);
+/// How far a sweep goes towards the minimum of each site of a volume, D being what its own stiffness is taken
+/// for: K <= largest eigenvalue of D^-1 K holds cell by cell, so no wave grows whose cells do not let it.
+/// Cells of one modulus have the same one; others of the image at most that of the worst of all patterns of
+/// two moduli, and count as much more in D. On coarse levels they count alike: the eigenvalues there were
+/// found to be smaller (0 to 2 more conjugate gradients than without that weight).
+struct VolumeRelaxation {
+  /// `contrast`: the stiffest over the softest modulus. 0 <= poisson < 0.5.
+  VolumeRelaxation(double poisson, double contrast);
+
+  float lame;
+  float factor; ///< 1.9 / the largest eigenvalue of D^-1 K of a cell of one modulus
+  float weight; ///< of cells of more than one: their largest eigenvalue over that
+};
+/// The same of a volume, on every level.
+void set_volume_response(ElasticLevel& level, const VolumeRelaxation& relaxation,
+                         const Prescribed& prescribed);
+
+/// Of a cell that is not masked. `index` of the grid.
+[[nodiscard]] CellMatrix cell_matrix(const ElasticLevel& level, std::size_t index,
+                                     const ElasticHierarchy& hierarchy);
+[[nodiscard]] CellMatrix volume_cell_matrix(const ElasticLevel& level, std::size_t index, float lame);
 
 /// What ElasticHierarchy::coarsest_inverse is of `level`: a symmetric generalised inverse of its stiffness.
-/// Functions that others make up for, or that nothing resists, stay 0. `prescribed` may be empty: per
-/// component, not 0 where it may not move.
-[[nodiscard]] std::vector<float> coarsest_inverse(const ElasticLevel& level,
-                                                  const ElasticInFloat::PoissonRatio& ratio,
-                                                  const std::vector<std::uint8_t>& prescribed);
+/// Functions that others make up for, or that nothing resists, stay 0. `prescribed` is null where every
+/// component may move.
+[[nodiscard]] std::vector<float>
+coarsest_inverse(const ElasticLevel& level, const ElasticHierarchy& hierarchy, const Prescribed* prescribed);
 
 /// The moments of a row of cells, for loops of vectors: pointers that no store can change. `Value` is float
 /// or const float; cell x lies at the bottom right of site x.
@@ -44,8 +69,9 @@ struct MomentsRow {
   /// Of an ElasticLevel, row y >= -1.
   template <typename OfLevel>
   MomentsRow(OfLevel& level, int y) {
-    std::ranges::transform(level.moments, moments.begin(),
-                           [&](auto& values) { return values.data() + level.grid.index(0, y); });
+    for (std::size_t i = 0; i < moments.size(); ++i) {
+      moments[i] = level.moments[i].data() + level.grid.index(0, y);
+    }
   }
 
   [[nodiscard]] ElasticInFloat::CellMoments cell(int x) const {

@@ -36,8 +36,9 @@ struct SiteSprings {
 }
 
 [[nodiscard]] inline bool has_springs(const Level& level) {
-  return std::ranges::any_of(level.confidence[0], is_spring) ||
-         std::ranges::any_of(level.confidence[1], is_spring);
+  return std::ranges::any_of(level.confidence.planes, [](const std::vector<float>& component) {
+    return std::ranges::any_of(component, is_spring);
+  });
 }
 
 } // namespace hdmbench

@@ -21,7 +21,20 @@ struct Elastic {
   }
 };
 
+/// The same of volumes (volume.inc), with what is done to one component of a site (site.inc).
+template <typename Scalar>
+struct ElasticVolume : Elastic<Scalar> {
+  using real = Scalar;
+#define HDM_NUMBER(value) real(value)
+#include "kernels/specification/elastic/volume.inc"
+#undef HDM_NUMBER
+
+  /// lambda / mu: volumes have no other number of nu.
+  static real lame_ratio(double nu) { return static_cast<real>(2.0 * nu / (1.0 - 2.0 * nu)); }
+};
+
 /// As backends compute it.
 using ElasticInFloat = Elastic<float>;
+using VolumeInFloat = ElasticVolume<float>;
 
 } // namespace hdmbench

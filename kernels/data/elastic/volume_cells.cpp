@@ -1,0 +1,393 @@
+#include "kernels/data/elastic/set_up.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+/// The cells of volumes: moments, and how sites respond. Loops go over `lanes` cells side by side.
+namespace hdmbench {
+
+namespace {
+
+constexpr std::size_t lanes = 16;
+constexpr std::size_t moment_count = 23;
+constexpr std::size_t monomials = 27; ///< r^i s^j t^k with i, j, k <= 2; four of them are never read
+
+/// i + 3 j + 9 k of the moments in the order of CellMoments (volume.inc).
+constexpr std::array<std::size_t, moment_count> place_of_moment{0, 1,  3,  9,  2,  6,  18, 4,  10, 12, 5, 11,
+                                                                7, 15, 19, 21, 13, 14, 16, 22, 8,  20, 24};
+/// Of those that are 0 where, and on the image only where, a cell has one modulus.
+constexpr std::array<std::size_t, 7> odd_places{1, 3, 9, 4, 10, 12, 13};
+
+/// Of cells side by side, one more than lanes: what is between sites.
+using CellRow = std::array<std::array<float, lanes + 1>, monomials>;
+
+/// The cells x, x + step, ... of row (y, z); 0 where there are none. Of 16 cells and a 17th where step is 1.
+void read_cells(const ElasticLevel& level, int x, int step, int y, int z, CellRow& to) {
+  const Extent cells = level.grid.cells();
+  for (auto& row : to) {
+    row.fill(0.0F);
+  }
+  if (y < 0 || z < 0 || y >= cells.height || z >= cells.depth) {
+    return;
+  }
+  const int first = x < 0 ? 1 : 0;
+  const int last =
+      std::min(static_cast<int>(lanes) + (step == 1 ? 1 : 0), (cells.width - x + step - 1) / step);
+  const std::size_t at = level.grid.index(0, y, z);
+  if (level.moments.size() > 1) {
+    for (std::size_t number = 0; number < moment_count; ++number) {
+      const float* const from = level.moments[number].data() + at + x;
+      float* const row = to[place_of_moment[number]].data();
+      for (int i = first; i < last; ++i) {
+        row[i] = from[i * step];
+      }
+    }
+    return;
+  }
+  for (int i = first; i < last; ++i) {
+    const auto cell = std::bit_cast<std::array<float, moment_count>>(
+        level.volume_cell<float>(at + static_cast<std::size_t>(x + i * step)));
+    for (std::size_t number = 0; number < moment_count; ++number) {
+      to[place_of_moment[number]][static_cast<std::size_t>(i)] = cell[number];
+    }
+  }
+}
+
+/// The moments of what two cells make beside each other along an axis, into the lower one; `step` is 1, 3 or
+/// 9, the axis in a monomial. On the parent's scale but for a factor.
+void join(CellRow& low, const CellRow& high, std::size_t step) {
+  for (std::size_t first = 0; first < monomials; ++first) {
+    if (first / step % 3 != 0) {
+      continue;
+    }
+    auto& low_0 = low[first];
+    auto& low_1 = low[first + step];
+    auto& low_2 = low[first + 2 * step];
+    const auto& high_0 = high[first];
+    const auto& high_1 = high[first + step];
+    const auto& high_2 = high[first + 2 * step];
+#pragma omp simd
+    for (std::size_t i = 0; i < lanes; ++i) {
+      const float one = 0.5F * ((low_1[i] - low_0[i]) + (high_1[i] + high_0[i]));
+      const float two =
+          0.25F * ((low_2[i] - 2.0F * low_1[i] + low_0[i]) + (high_2[i] + 2.0F * high_1[i] + high_0[i]));
+      low_0[i] = low_0[i] + high_0[i];
+      low_1[i] = one;
+      low_2[i] = two;
+    }
+  }
+}
+
+/// Where the eight sites of the cells of a row have one modulus: that, else 0. Sites x ... x + lanes + 1.
+float one_modulus(const ElasticLevel& image, int x, int y, int z) {
+  const Extent sites = image.grid.sites;
+  if (x < 0 || y < 0 || z < 0 || x + static_cast<int>(lanes) + 1 >= sites.width || y + 1 >= sites.height ||
+      z + 1 >= sites.depth) {
+    return 0.0F;
+  }
+  const float* const at = image.moments[0].data() + image.grid.index(x, y, z);
+  const float modulus = *at;
+  bool same = true;
+  for (std::size_t row = 0; row < 8; row += 2) {
+    const float* const site = at + image.grid.to_corner(row);
+    for (std::size_t i = 0; i < lanes + 2; ++i) {
+      same &= site[i] == modulus;
+    }
+  }
+  return same ? modulus : 0.0F;
+}
+
+/// The stiffness of sites side by side: symmetric_entry() of 3 x 3.
+using Stiffness = std::array<std::array<float, lanes>, 6>;
+
+/// Adds what the cells do to their corners at (a, b, c), each -1 or +1; cell i + shift belongs to site i.
+void add_corners(Stiffness& sum, const CellRow& cells, std::size_t shift, float a, float b, float c,
+                 float lame) {
+  const auto cell = [&](std::size_t i, std::size_t p, std::size_t q, std::size_t r) {
+    return cells[p + 3 * q + 9 * r][i + shift];
+  };
+#pragma omp simd
+  for (std::size_t i = 0; i < lanes; ++i) {
+    // Means of modulus * (1 + b s)^2 (1 + c t)^2 and so on.
+    const auto square = [&](const auto& m, float first, float second) {
+      return (m(0, 0) + 2.0F * first * m(1, 0) + m(2, 0)) +
+             2.0F * second * (m(0, 1) + 2.0F * first * m(1, 1) + m(2, 1)) +
+             (m(0, 2) + 2.0F * first * m(1, 2) + m(2, 2));
+    };
+    // Of modulus * (a + r) (b + s) (1 + c t)^2 and so on.
+    const auto across = [&](const auto& m, float first, float second, float third) {
+      const auto of = [&](std::size_t power) {
+        return m(0, 0, power) + first * m(1, 0, power) + second * (m(0, 1, power) + first * m(1, 1, power));
+      };
+      return first * second * ((of(0) + 2.0F * third * of(1)) + of(2));
+    };
+    const float xx = square([&](std::size_t p, std::size_t q) { return cell(i, 0, p, q); }, b, c);
+    const float yy = square([&](std::size_t p, std::size_t q) { return cell(i, p, 0, q); }, a, c);
+    const float zz = square([&](std::size_t p, std::size_t q) { return cell(i, p, q, 0); }, a, b);
+    const float xy =
+        across([&](std::size_t p, std::size_t q, std::size_t r) { return cell(i, p, q, r); }, a, b, c);
+    const float xz =
+        across([&](std::size_t p, std::size_t q, std::size_t r) { return cell(i, p, r, q); }, a, c, b);
+    const float yz =
+        across([&](std::size_t p, std::size_t q, std::size_t r) { return cell(i, r, p, q); }, b, c, a);
+    sum[0][i] += (2.0F + lame) * xx + (yy + zz);
+    sum[1][i] += (1.0F + lame) * xy;
+    sum[2][i] += (1.0F + lame) * xz;
+    sum[3][i] += (2.0F + lame) * yy + (xx + zz);
+    sum[4][i] += (1.0F + lame) * yz;
+    sum[5][i] += (2.0F + lame) * zz + (xx + yy);
+  }
+}
+
+/// Cells of more than one modulus count `weight` times.
+void weigh_mixed(CellRow& cells, float weight) {
+  std::array<float, lanes + 1> factor;
+  factor.fill(1.0F);
+  for (const std::size_t place : odd_places) {
+    for (std::size_t i = 0; i <= lanes; ++i) {
+      factor[i] = cells[place][i] != 0.0F ? weight : factor[i];
+    }
+  }
+  for (auto& row : cells) {
+    for (std::size_t i = 0; i <= lanes; ++i) {
+      row[i] *= factor[i];
+    }
+  }
+}
+
+/// The stiffness of sites x, x + 1, ... of row (y, z), masked cells left out.
+Stiffness stiffness_of(const ElasticLevel& level, int x, int y, int z, const VolumeRelaxation& relaxation) {
+  Stiffness sum{};
+  if (level.moments.size() == 1) {
+    const float modulus = one_modulus(level, x - 1, y - 1, z - 1);
+    if (modulus != 0.0F && modulus == one_modulus(level, x - 1, y - 1, z) &&
+        modulus == one_modulus(level, x - 1, y, z - 1) && modulus == one_modulus(level, x - 1, y, z)) {
+      for (const std::size_t straight : {0, 3, 5}) {
+        sum[straight].fill(8.0F * 16.0F / 9.0F * (4.0F + relaxation.lame) * modulus);
+      }
+      return sum;
+    }
+  }
+  CellRow cells;
+  for (int row = 0; row < 4; ++row) {
+    const int above = row % 2;
+    const int near = row / 2;
+    read_cells(level, x - 1, 1, y - 1 + above, z - 1 + near, cells);
+    weigh_mixed(cells, relaxation.weight);
+    const float b = above == 0 ? 1.0F : -1.0F;
+    const float c = near == 0 ? 1.0F : -1.0F;
+    add_corners(sum, cells, 0, 1.0F, b, c, relaxation.lame);
+    add_corners(sum, cells, 1, -1.0F, b, c, relaxation.lame);
+  }
+  return sum;
+}
+
+/// The matrix of a cell with these moments.
+CellMatrix matrix_of(const ElasticVolume<double>::CellMoments& moments, double lame) {
+  using InDouble = ElasticVolume<double>;
+  CellMatrix matrix(3);
+  for (std::size_t column = 0; column < matrix.components; ++column) {
+    std::array<std::array<double, 8>, 3> unit{};
+    unit[column % 3][column / 3] = 1.0;
+    std::array<InDouble::Coefficients, 3> of;
+    std::ranges::transform(unit, of.begin(), [](const std::array<double, 8>& corners) {
+      return InDouble::coefficients_of(std::bit_cast<InDouble::CellCorners>(corners));
+    });
+    const InDouble::CellTension tension = InDouble::cell_tension(moments, of[0], of[1], of[2], lame);
+    const std::array<InDouble::Coefficients, 3> components{tension.x, tension.y, tension.z};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto force = std::bit_cast<std::array<double, 8>>(InDouble::forces_of(components[axis]));
+      for (std::size_t corner = 0; corner < 8; ++corner) {
+        matrix.at(3 * corner + axis, column) = -force[corner];
+      }
+    }
+  }
+  return matrix;
+}
+
+/// The inverse of a 3 x 3 matrix, symmetric_entry() of each. Rows and columns of a diagonal entry that is not
+/// above 0 are left out.
+template <typename Real>
+std::array<Real, 6> inverse_of(std::array<Real, 6> a) {
+  std::array<bool, 3> out{};
+  for (std::size_t row = 0; row < 3; ++row) {
+    out[row] = !(a[symmetric_entry(3, row, row)] > Real(0));
+    if (out[row]) {
+      for (std::size_t column = 0; column < 3; ++column) {
+        a[symmetric_entry(3, row, column)] = row == column ? Real(1) : Real(0);
+      }
+    }
+  }
+  std::array<Real, 6> inverse{a[3] * a[5] - a[4] * a[4], a[2] * a[4] - a[1] * a[5],
+                              a[1] * a[4] - a[2] * a[3], a[0] * a[5] - a[2] * a[2],
+                              a[1] * a[2] - a[0] * a[4], a[0] * a[3] - a[1] * a[1]};
+  const Real factor = Real(1) / (a[0] * inverse[0] + a[1] * inverse[1] + a[2] * inverse[2]);
+  for (Real& entry : inverse) {
+    entry *= factor;
+  }
+  for (std::size_t row = 0; row < 3; ++row) {
+    if (out[row]) {
+      inverse[symmetric_entry(3, row, row)] = Real(0);
+    }
+  }
+  return inverse;
+}
+
+/// Of D^-1 K of a cell whose corners have these moduli, by power iteration: D is what K has on the diagonal
+/// in blocks of a corner. No sweep over many cells has a larger one.
+double largest_eigenvalue(const std::array<double, 8>& moduli, double lame) {
+  const CellMatrix matrix = matrix_of(
+      ElasticVolume<double>::image_cell(std::bit_cast<ElasticVolume<double>::CellCorners>(moduli)), lame);
+  std::array<std::array<double, 6>, 8> inverse;
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    const std::size_t at = 3 * corner;
+    inverse[corner] =
+        inverse_of<double>({matrix.at(at, at), matrix.at(at, at + 1), matrix.at(at, at + 2),
+                            matrix.at(at + 1, at + 1), matrix.at(at + 1, at + 2), matrix.at(at + 2, at + 2)});
+  }
+  std::array<double, 24> vector;
+  for (std::size_t i = 0; i < 24; ++i) {
+    vector[i] = 1.0 + static_cast<double>(i * i % 7) - static_cast<double>(i % 5);
+  }
+  double norm = 0.0;
+  constexpr int rounds = 40;
+  for (int round = 0; round < rounds; ++round) {
+    std::array<double, 24> force{};
+    for (std::size_t i = 0; i < 24; ++i) {
+      for (std::size_t j = 0; j < 24; ++j) {
+        force[i] += matrix.at(j, i) * vector[j];
+      }
+    }
+    double square = 0.0;
+    for (std::size_t i = 0; i < 24; ++i) {
+      vector[i] = 0.0;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        vector[i] += inverse[i / 3][symmetric_entry(3, i % 3, axis)] * force[i / 3 * 3 + axis];
+      }
+      square += vector[i] * vector[i];
+    }
+    norm = std::sqrt(square);
+    for (double& value : vector) {
+      value /= norm;
+    }
+  }
+  return norm;
+}
+
+} // namespace
+
+void set_volume_moments(ElasticLevel& image, const Level& full) {
+  const Extent sites = full.extent;
+#pragma omp parallel for if (sites.sites() > sites_worth_threads)
+  for (int z = 0; z < sites.depth; ++z) {
+    for (int y = 0; y < sites.height; ++y) {
+      std::copy_n(full.modulus.values.data() + sites.index(0, y, z), sites.width,
+                  image.moments[0].data() + image.grid.index(0, y, z));
+    }
+  }
+}
+
+void set_volume_parents(ElasticLevel& level, const ElasticLevel& fine) {
+  const Extent cells = level.grid.cells();
+#pragma omp parallel for schedule(dynamic) if (level.grid.sites.sites() > sites_worth_threads / 8)
+  for (int z = 0; z < cells.depth; ++z) {
+    std::array<CellRow, 8> children;
+    for (int y = 0; y < cells.height; ++y) {
+      for (int x = 0; x < cells.width; x += static_cast<int>(lanes)) {
+        for (std::size_t child = 0; child < 8; ++child) {
+          const auto bit = [&](std::size_t axis) { return static_cast<int>(child >> axis & 1); };
+          read_cells(fine, 2 * x + bit(0), 2, 2 * y + bit(1), 2 * z + bit(2), children[child]);
+        }
+        for (std::size_t axis = 0, step = 1; axis < 3; ++axis, step *= 3) {
+          for (std::size_t child = 0; child < 8; child += std::size_t{2} << axis) {
+            join(children[child], children[child + (std::size_t{1} << axis)], step);
+          }
+        }
+        const auto count = static_cast<std::size_t>(std::min(static_cast<int>(lanes), cells.width - x));
+        for (std::size_t number = 0; number < moment_count; ++number) {
+          const float* const from = children[0][place_of_moment[number]].data();
+          float* const to = level.moments[number].data() + level.grid.index(x, y, z);
+          for (std::size_t i = 0; i < count; ++i) {
+            to[i] = 0.25F * from[i]; // twice the mean: one factor of 2 a level keeps the form of forces
+          }
+        }
+      }
+    }
+  }
+}
+
+VolumeRelaxation::VolumeRelaxation(double poisson, double contrast)
+    : lame(VolumeInFloat::lame_ratio(poisson)), weight(1.0F) {
+  std::array<double, 8> moduli;
+  moduli.fill(1.0);
+  const double ratio = ElasticVolume<double>::lame_ratio(poisson);
+  const double uniform = largest_eigenvalue(moduli, ratio);
+  constexpr double share_of_limit = 1.9; // a wave grows from 2 on
+  factor = static_cast<float>(share_of_limit / uniform);
+  constexpr unsigned patterns = 255;
+  constexpr double most = 1e6;
+  for (unsigned stiff = 1; stiff < patterns && contrast > 1.0; ++stiff) {
+    for (unsigned corner = 0; corner < 8; ++corner) {
+      moduli[corner] = (stiff >> corner & 1) != 0 ? std::min(contrast, most) : 1.0;
+    }
+    weight = std::max(weight, static_cast<float>(largest_eigenvalue(moduli, ratio) / uniform));
+  }
+}
+
+void set_volume_response(ElasticLevel& level, const VolumeRelaxation& relaxation,
+                         const Prescribed& prescribed) {
+  const RingedGrid& grid = level.grid;
+#pragma omp parallel for schedule(dynamic) if (grid.sites.sites() > sites_worth_threads / 8)
+  for (int z = 0; z < grid.sites.depth; ++z) {
+    for (int y = 0; y < grid.sites.height; ++y) {
+      const std::size_t row = grid.index(0, y, z);
+      const auto width = static_cast<std::size_t>(grid.sites.width);
+      for (std::size_t x = 0; x < width; x += lanes) {
+        const Stiffness sum = stiffness_of(level, static_cast<int>(x), y, z, relaxation);
+        for (std::size_t entry = 0; entry < 6; ++entry) {
+          std::copy_n(sum[entry].data(), std::min(lanes, width - x), level.response[entry].data() + row + x);
+        }
+      }
+      for (int beside = 0; beside < 4; ++beside) {
+        const auto [first, last] = level.masked.row(y - beside % 2, z - beside / 2);
+        for (std::size_t i = first; i < last; ++i) {
+          for (std::size_t right = 0; right < 2; ++right) {
+            const std::size_t own = 3 * (right + 2 * static_cast<std::size_t>(beside));
+            const std::size_t site = row + static_cast<std::size_t>(level.masked.x[i]) + right;
+            for (std::size_t a = 0; a < 3; ++a) {
+              for (std::size_t b = a; b < 3; ++b) {
+                level.response[symmetric_entry(3, a, b)][site] +=
+                    relaxation.weight * level.masked.matrix(i)[24 * (own + a) + own + b];
+              }
+            }
+          }
+        }
+      }
+      for (std::size_t site = row; site < row + width; ++site) {
+        std::array<float, 6> stiffness;
+        for (std::size_t entry = 0; entry < 6; ++entry) {
+          stiffness[entry] = level.response[entry][site];
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          if (prescribed.component[axis][site] != 0) {
+            stiffness[symmetric_entry(3, axis, axis)] = 0.0F;
+          }
+        }
+        const std::array<float, 6> inverse = inverse_of(stiffness);
+        for (std::size_t entry = 0; entry < 6; ++entry) {
+          level.response[entry][site] = relaxation.factor * inverse[entry];
+        }
+      }
+    }
+  }
+}
+
+CellMatrix volume_cell_matrix(const ElasticLevel& level, std::size_t index, float lame) {
+  const auto cell = std::bit_cast<std::array<float, moment_count>>(level.volume_cell<float>(index));
+  std::array<double, moment_count> wide;
+  std::ranges::copy(cell, wide.begin());
+  return matrix_of(std::bit_cast<ElasticVolume<double>::CellMoments>(wide), static_cast<double>(lame));
+}
+
+} // namespace hdmbench
