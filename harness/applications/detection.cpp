@@ -100,8 +100,9 @@ void add_noise(std::vector<float>& values, double deviation, GaussianNoise& rand
 }
 
 VectorField with_noise(VectorField field, double deviation, GaussianNoise& random) {
-  add_noise(field[0], deviation, random);
-  add_noise(field[1], deviation, random);
+  for (std::vector<float>& component : field.planes) {
+    add_noise(component, deviation, random);
+  }
   return field;
 }
 

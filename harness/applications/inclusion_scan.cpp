@@ -29,14 +29,10 @@ VectorField wandering(Extent extent, GaussianNoise& random) {
   VectorField way(extent);
   // What the Gaussian leaves of white noise.
   const auto unit = static_cast<float>(border_error * 2.0 * std::sqrt(M_PI) * border_length);
-  for (auto* const component : {&way[0], &way[1]}) {
-    ScalarField noise(extent);
-    for (float& value : noise.values) {
-      value = unit * static_cast<float>(random());
-    }
-    *component = blurred(noise, border_length).values;
+  for (std::vector<float>& component : way.planes) {
+    std::ranges::generate(component, [&] { return unit * static_cast<float>(random()); });
   }
-  return way;
+  return blurred(way, border_length);
 }
 
 /// Sums over the disc around each site.
@@ -144,11 +140,7 @@ InclusionScan::InclusionScan(const RegionSheet& sheet, const VectorField& refere
 }
 
 VectorField InclusionScan::inexcusable(const VectorField& a, const VectorField& b) const {
-  VectorField difference(sheet_.extent());
-  for (const std::size_t site : sheet_.inside()) {
-    difference[0][site] = a[0][site] - b[0][site];
-    difference[1][site] = a[1][site] - b[1][site];
-  }
+  VectorField difference = difference_at(sheet_.inside(), a, b);
   for (const VectorField& excuse : excuses_) {
     add(difference, -static_cast<float>(product(excuse, difference)), excuse);
   }

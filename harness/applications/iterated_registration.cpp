@@ -56,8 +56,7 @@ struct Evidence {
 double robust_deviation(const ScalarField& differences, const VectorField& slope, const ScalarField& unseen) {
   std::vector<float> magnitudes;
   for (std::size_t site = 0; site < differences.values.size(); ++site) {
-    const bool seen = unseen.values.empty() || unseen.values[site] == 0.0F;
-    if (seen && std::abs(slope[0][site]) + std::abs(slope[1][site]) > 2.0F) {
+    if (is_seen(unseen, site) && std::abs(slope[0][site]) + std::abs(slope[1][site]) > 2.0F) {
       magnitudes.push_back(std::abs(differences.values[site]));
     }
   }
@@ -171,8 +170,9 @@ private:
       session_.write(0, ElasticField::displacement, drive.displacement);
       session_.forces(ElasticField::displacement, ElasticField::load);
       session_.read(0, ElasticField::load, drive.force);
-      std::ranges::for_each(drive.force[0], [&](float& force) { force /= unit; });
-      std::ranges::for_each(drive.force[1], [&](float& force) { force /= unit; });
+      for (std::vector<float>& component : drive.force.planes) {
+        std::ranges::for_each(component, [&](float& force) { force /= unit; });
+      }
     }
   }
 
@@ -242,22 +242,16 @@ private:
 
   /// Each site's own step, held as the elastic energy would by its modulus, then a Gaussian over all.
   [[nodiscard]] VectorField made_smooth(const VectorField& displacement, const Evidence& evidence) const {
-    ScalarField along_x(sheet_.extent);
-    ScalarField along_y(sheet_.extent);
+    VectorField result = displacement;
     for (std::size_t site = 0; site < sheet_.extent.sites(); ++site) {
       const float xx = evidence.structure.xx.values[site] + sheet_.modulus.values[site];
       const float xy = evidence.structure.xy.values[site];
       const float yy = evidence.structure.yy.values[site] + sheet_.modulus.values[site];
       const float determinant = xx * yy - xy * xy;
-      along_x.values[site] =
-          displacement[0][site] + (yy * evidence.pull[0][site] - xy * evidence.pull[1][site]) / determinant;
-      along_y.values[site] =
-          displacement[1][site] + (xx * evidence.pull[1][site] - xy * evidence.pull[0][site]) / determinant;
+      result[0][site] += (yy * evidence.pull[0][site] - xy * evidence.pull[1][site]) / determinant;
+      result[1][site] += (xx * evidence.pull[1][site] - xy * evidence.pull[0][site]) / determinant;
     }
-    VectorField result(sheet_.extent);
-    result[0] = blurred(along_x, options_.gaussian).values;
-    result[1] = blurred(along_y, options_.gaussian).values;
-    return result;
+    return blurred(result, options_.gaussian);
   }
 
   [[nodiscard]] Evidence look(const VectorField& displacement, int number) const {
@@ -270,11 +264,13 @@ private:
     for (int y = 0; y < extent.height; ++y) {
       for (int x = 0; x < extent.width; ++x) {
         const std::size_t site = extent.index(x, y);
-        const float to_x = static_cast<float>(x) + displacement[0][site];
-        const float to_y = static_cast<float>(y) + displacement[1][site];
         differences.values[site] = expected.values[site] - seen.values[site];
-        slope[0][site] = 0.5F * (source_slope_[0][site] + sample(target_slope_[0], extent, to_x, to_y));
-        slope[1][site] = 0.5F * (source_slope_[1][site] + sample(target_slope_[1], extent, to_x, to_y));
+        for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+          const float there =
+              sample(target_slope_[axis], extent, static_cast<float>(x) + displacement[0][site],
+                     static_cast<float>(y) + displacement[1][site]);
+          slope[axis][site] = 0.5F * (source_slope_[axis][site] + there);
+        }
       }
     }
     Evidence evidence{{ScalarField(extent), ScalarField(extent), ScalarField(extent)}, VectorField(extent)};
@@ -289,11 +285,10 @@ private:
     for (std::size_t site = 0; site < extent.sites(); ++site) {
       const float ratio = differences.values[site] / scale;
       const float match = 1.0F / ((1.0F + ratio * ratio) * (1.0F + ratio * ratio));
-      const bool seen_here = pictures_.unseen.values.empty() || pictures_.unseen.values[site] == 0.0F;
       robust += static_cast<double>(match * differences.values[site] * differences.values[site]);
       weights += static_cast<double>(match);
       outliers += match < 0.5F ? 1.0 : 0.0;
-      if (!seen_here) {
+      if (!is_seen(pictures_.unseen, site)) {
         continue;
       }
       const float slope_x = slope[0][site];

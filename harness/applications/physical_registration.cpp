@@ -17,10 +17,9 @@ constexpr float least_believed = 1e-4F;
 
 /// What speaks for a displacement, around every site.
 struct Evidence {
-  ScalarField along_x; ///< squared slope, gray values^2 per pixel^2
-  ScalarField along_y;
-  ScalarField match;  ///< 0 ... 1: 1 where the pictures look the same
-  float noise = 0.0F; ///< variance, gray values^2
+  VectorField structure; ///< squared slope along each axis, gray values^2 per pixel^2
+  ScalarField match;     ///< 0 ... 1: 1 where the pictures look the same
+  float noise = 0.0F;    ///< variance, gray values^2
 };
 
 Evidence evidence_of(const ScalarField& source, const ScalarField& target, const VectorField& displacement,
@@ -28,16 +27,13 @@ Evidence evidence_of(const ScalarField& source, const ScalarField& target, const
   const ScalarField smooth = blurred(source, blur);
   const ScalarField seen = pulled_back(blurred(target, blur), displacement);
   const ScalarField expected = with_values_of(smooth, seen, unseen);
-  const VectorField slope = gradient(smooth);
-  Evidence evidence{ScalarField(source.extent), ScalarField(source.extent), ScalarField(source.extent)};
-  for (std::size_t site = 0; site < source.values.size(); ++site) {
-    const float difference = expected.values[site] - seen.values[site];
-    evidence.along_x.values[site] = slope[0][site] * slope[0][site];
-    evidence.along_y.values[site] = slope[1][site] * slope[1][site];
-    evidence.match.values[site] = difference * difference;
+  Evidence evidence{gradient(smooth), ScalarField(source.extent)};
+  for (std::size_t axis = 0; axis < source.extent.axes(); ++axis) {
+    std::ranges::for_each(evidence.structure[axis], [](float& slope) { slope *= slope; });
   }
-  evidence.along_x = blurred(evidence.along_x, patch);
-  evidence.along_y = blurred(evidence.along_y, patch);
+  evidence.structure = blurred(evidence.structure, patch);
+  std::ranges::transform(expected.values, seen.values, evidence.match.values.begin(),
+                         [](float a, float b) { return (a - b) * (a - b); });
   evidence.match = blurred(evidence.match, patch);
   // What the blur leaves of white noise; it makes slopes of its own.
   const double left = noise_of(source) / (2.0 * std::sqrt(M_PI) * blur);
@@ -53,15 +49,7 @@ Evidence evidence_of(const ScalarField& source, const ScalarField& target, const
 /// A region that looks as before resists as its tissue does. In one that looks different something happened,
 /// a growth or a resection, which drives the rest.
 float resistance_of(const Evidence& evidence, const ScalarField& region) {
-  double sum = 0.0;
-  double sites = 0.0;
-  for (std::size_t site = 0; site < region.values.size(); ++site) {
-    if (region.values[site] != 0.0F) {
-      sum += static_cast<double>(evidence.match.values[site]);
-      sites += 1.0;
-    }
-  }
-  const auto match = static_cast<float>(sites > 0.0 ? sum / sites : 1.0);
+  const auto match = static_cast<float>(mean_inside(evidence.match, region, 1.0));
   return std::max(match * match * match, least_resistance);
 }
 
@@ -72,17 +60,12 @@ VectorField confidence_of(const ScalarField& source, const ScalarField& target,
   const Evidence evidence = evidence_of(source, target, displacement, unseen);
   VectorField confidence(source.extent);
   for (std::size_t site = 0; site < source.values.size(); ++site) {
-    if (!unseen.values.empty() && unseen.values[site] != 0.0F) {
-      continue;
-    }
     const float match = evidence.match.values[site];
-    const auto believed = [&](float structure) {
-      const float excess = std::max(structure - 0.5F * evidence.noise, 0.0F);
+    for (std::size_t axis = 0; axis < source.extent.axes() && is_seen(unseen, site); ++axis) {
+      const float excess = std::max(evidence.structure[axis][site] - 0.5F * evidence.noise, 0.0F);
       const float share = most_believed * match * match * excess / (excess + 4.0F * evidence.noise);
-      return share < least_believed ? 0.0F : share;
-    };
-    confidence[0][site] = believed(evidence.along_x.values[site]);
-    confidence[1][site] = believed(evidence.along_y.values[site]);
+      confidence[axis][site] = share < least_believed ? 0.0F : share;
+    }
   }
   return confidence;
 }

@@ -9,6 +9,7 @@
 #include <array>
 #include <numeric>
 #include <string_view>
+#include <tuple>
 #include <vector>
 
 namespace hdmbench {
@@ -60,17 +61,20 @@ void require_picture(const ScalarField& picture, std::string_view which) {
 
 double product(const VectorField& a, const VectorField& b) {
   double sum = 0.0;
-  for (std::size_t site = 0; site < a[0].size(); ++site) {
-    sum += static_cast<double>(a[0][site]) * static_cast<double>(b[0][site]) +
-           static_cast<double>(a[1][site]) * static_cast<double>(b[1][site]);
+  for (std::size_t site = 0; site < a.extent.sites(); ++site) {
+    double of_site = 0.0;
+    for (std::size_t axis = 0; axis < a.extent.axes(); ++axis) {
+      of_site += static_cast<double>(a[axis][site]) * static_cast<double>(b[axis][site]);
+    }
+    sum += of_site;
   }
   return sum;
 }
 
 void add(VectorField& field, float factor, const VectorField& more) {
-  for (std::size_t site = 0; site < field[0].size(); ++site) {
-    field[0][site] += factor * more[0][site];
-    field[1][site] += factor * more[1][site];
+  for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
+    std::ranges::transform(field[axis], more[axis], field[axis].begin(),
+                           [&](float a, float b) { return a + factor * b; });
   }
 }
 
@@ -81,28 +85,31 @@ ScalarField blurred(const ScalarField& picture, double sigma) {
   const Extent extent = picture.extent;
   const std::vector<float> weights = gaussian(sigma);
   const int reach = static_cast<int>(weights.size()) / 2;
-  ScalarField across(extent);
-  ScalarField result(extent);
+  ScalarField result = picture;
+  for (int axis = 0; axis < 2; ++axis) {
+    const std::vector<float> from = result.values;
 #pragma omp parallel for if (extent.sites() > sites_worth_threads)
-  for (int y = 0; y < extent.height; ++y) {
-    const float* const from = &picture.values[extent.index(0, y)];
-    for (int x = 0; x < extent.width; ++x) {
-      float sum = 0.0F;
+    for (int y = 0; y < extent.height; ++y) {
+      float* const to = &result.values[extent.index(0, y)];
+      std::fill_n(to, extent.width, 0.0F);
       for (int i = -reach; i <= reach; ++i) {
-        sum += weights[static_cast<std::size_t>(i + reach)] * from[std::clamp(x + i, 0, extent.width - 1)];
+        const int row = axis == 0 ? y : std::clamp(y + i, 0, extent.height - 1);
+        for (int x = 0; x < extent.width; ++x) {
+          const int column = axis == 0 ? std::clamp(x + i, 0, extent.width - 1) : x;
+          to[x] += weights[static_cast<std::size_t>(i + reach)] * from[extent.index(column, row)];
+        }
       }
-      across.values[extent.index(x, y)] = sum;
     }
   }
-#pragma omp parallel for if (extent.sites() > sites_worth_threads)
-  for (int y = 0; y < extent.height; ++y) {
-    float* const to = &result.values[extent.index(0, y)];
-    for (int i = -reach; i <= reach; ++i) {
-      const float* const from = &across.values[extent.index(0, std::clamp(y + i, 0, extent.height - 1))];
-      for (int x = 0; x < extent.width; ++x) {
-        to[x] += weights[static_cast<std::size_t>(i + reach)] * from[x];
-      }
-    }
+  return result;
+}
+
+VectorField blurred(const VectorField& field, double sigma) {
+  VectorField result(field.extent);
+  ScalarField component(field.extent);
+  for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
+    component.values = field[axis];
+    result[axis] = blurred(component, sigma).values;
   }
   return result;
 }
@@ -113,14 +120,15 @@ VectorField gradient(const ScalarField& picture) {
 #pragma omp parallel for if (extent.sites() > sites_worth_threads)
   for (int y = 0; y < extent.height; ++y) {
     for (int x = 0; x < extent.width; ++x) {
-      const int left = std::max(x - 1, 0);
-      const int right = std::min(x + 1, extent.width - 1);
-      const int top = std::max(y - 1, 0);
-      const int bottom = std::min(y + 1, extent.height - 1);
-      const auto value = [&](int column, int row) { return picture.values[extent.index(column, row)]; };
       const std::size_t site = extent.index(x, y);
-      result[0][site] = (value(right, y) - value(left, y)) / static_cast<float>(right - left);
-      result[1][site] = (value(x, bottom) - value(x, top)) / static_cast<float>(bottom - top);
+      for (const auto& [axis, at, side, stride] :
+           {std::tuple(0U, x, extent.width, std::size_t{1}), {1U, y, extent.height, extent.index(0, 1)}}) {
+        const std::size_t before = at > 0 ? 1 : 0;
+        const std::size_t after = at + 1 < side ? 1 : 0;
+        result[axis][site] =
+            (picture.values[site + after * stride] - picture.values[site - before * stride]) /
+            static_cast<float>(before + after);
+      }
     }
   }
   return result;
@@ -150,16 +158,20 @@ ScalarField halved_mean(const ScalarField& field) {
   return result;
 }
 
-void blend_moduli(ScalarField& modulus, const ScalarField& region, float resistance) {
+double mean_inside(const ScalarField& field, const ScalarField& region, double otherwise) {
   double sum = 0.0;
   double sites = 0.0;
   for (std::size_t site = 0; site < region.values.size(); ++site) {
     if (region.values[site] != 0.0F) {
-      sum += static_cast<double>(modulus.values[site]);
+      sum += static_cast<double>(field.values[site]);
       sites += 1.0;
     }
   }
-  const auto mean = static_cast<float>(sum / std::max(sites, 1.0));
+  return sites > 0.0 ? sum / sites : otherwise;
+}
+
+void blend_moduli(ScalarField& modulus, const ScalarField& region, float resistance) {
+  const auto mean = static_cast<float>(mean_inside(modulus, region, 0.0));
   for (std::size_t site = 0; site < region.values.size(); ++site) {
     if (region.values[site] != 0.0F) {
       float& value = modulus.values[site];
@@ -227,7 +239,7 @@ ScalarField with_values_of(const ScalarField& source, const ScalarField& target,
   std::array<double, bins> weight{};
   std::array<double, bins> sum{};
   for (std::size_t site = 0; site < source.values.size(); ++site) {
-    if (!unseen.values.empty() && unseen.values[site] != 0.0F) {
+    if (!is_seen(unseen, site)) {
       continue;
     }
     const auto [bin, past] = position(source.values[site]);

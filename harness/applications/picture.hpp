@@ -45,6 +45,8 @@ void add(VectorField& field, float factor, const VectorField& more);
 
 /// With a Gaussian of standard deviation `sigma` pixels, 0: as it is; the border pixels go on beyond it.
 [[nodiscard]] ScalarField blurred(const ScalarField& picture, double sigma);
+/// The same of every component.
+[[nodiscard]] VectorField blurred(const VectorField& field, double sigma);
 
 /// Central differences, gray values per pixel; one-sided at the border.
 [[nodiscard]] VectorField gradient(const ScalarField& picture);
@@ -54,6 +56,14 @@ void add(VectorField& field, float factor, const VectorField& more);
 
 /// The mean of the four sites from (2x, 2y) on: for moduli and masks. Of nothing: nothing.
 [[nodiscard]] ScalarField halved_mean(const ScalarField& field);
+
+/// Whether the pictures are looked at there: `unseen` is 0, or empty.
+[[nodiscard]] inline bool is_seen(const ScalarField& unseen, std::size_t site) {
+  return unseen.values.empty() || unseen.values[site] == 0.0F;
+}
+
+/// The mean of the field where `region` is not 0; `otherwise` where it is 0 everywhere, or empty.
+[[nodiscard]] double mean_inside(const ScalarField& field, const ScalarField& region, double otherwise);
 
 /// Where something happened that the labels do not know, a growth or a resection, their moduli say little:
 /// where `region` is not 0 each becomes `resistance` times what lies between the region's mean (resistance 0)

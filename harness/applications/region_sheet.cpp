@@ -79,6 +79,16 @@ VectorField solved(ElasticSolver& solver) {
 
 } // namespace
 
+VectorField difference_at(const std::vector<std::size_t>& sites, const VectorField& a, const VectorField& b) {
+  VectorField difference(a.extent);
+  for (std::size_t axis = 0; axis < a.extent.axes(); ++axis) {
+    for (const std::size_t site : sites) {
+      difference[axis][site] = a[axis][site] - b[axis][site];
+    }
+  }
+  return difference;
+}
+
 ModulusProblem::ModulusProblem(const Level& level, double poisson, const std::vector<std::size_t>& unknown,
                                ElasticSession& session)
     : level_(level), poisson_(poisson), unknown_(unknown), session_(session) {
@@ -113,11 +123,7 @@ void ModulusProblem::slopes(const VectorField& found, const VectorField& differe
 double ModulusProblem::misfit(std::span<const double> logarithms, const VectorField& observed,
                               std::span<double> derivative) {
   const VectorField found = displacement(logarithms);
-  VectorField difference(level_.extent);
-  for (const std::size_t site : unknown_) {
-    difference[0][site] = found[0][site] - observed[0][site];
-    difference[1][site] = found[1][site] - observed[1][site];
-  }
+  const VectorField difference = difference_at(unknown_, found, observed);
   slopes(found, difference, derivative);
   return 0.5 * product(difference, difference);
 }
@@ -176,17 +182,19 @@ VectorField RegionSheet::part_of(const VectorField& of_image) const {
                                  image_.width, image_.height, of_image.extent.width, of_image.extent.height));
   }
   VectorField part(extent());
-  for (std::size_t site = 0; site < extent().sites(); ++site) {
-    part[0][site] = of_image[0][site_of_image(site)];
-    part[1][site] = of_image[1][site_of_image(site)];
+  for (std::size_t axis = 0; axis < image_.axes(); ++axis) {
+    for (std::size_t site = 0; site < extent().sites(); ++site) {
+      part[axis][site] = of_image[axis][site_of_image(site)];
+    }
   }
   return part;
 }
 
 void RegionSheet::put_back(const VectorField& part, VectorField& of_image) const {
-  for (std::size_t site = 0; site < extent().sites(); ++site) {
-    of_image[0][site_of_image(site)] = part[0][site];
-    of_image[1][site_of_image(site)] = part[1][site];
+  for (std::size_t axis = 0; axis < image_.axes(); ++axis) {
+    for (std::size_t site = 0; site < extent().sites(); ++site) {
+      of_image[axis][site_of_image(site)] = part[axis][site];
+    }
   }
 }
 

@@ -8,6 +8,10 @@
 
 namespace hdmbench {
 
+/// a - b at some sites, 0 elsewhere.
+[[nodiscard]] VectorField difference_at(const std::vector<std::size_t>& sites, const VectorField& a,
+                                        const VectorField& b);
+
 /// The modulus of some sites as the unknown of an elastic sheet: what deformation follows from it, and how
 /// far that is from an observed one.
 class ModulusProblem {
