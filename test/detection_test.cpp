@@ -1,8 +1,6 @@
 // Detection in small pictures: what it finds, what it refuses.
 
 #include "harness/applications/detection.hpp"
-#include "harness/applications/inclusion_scan.hpp"
-#include "harness/applications/region_sheet.hpp"
 #include "harness/judge/registration/rivals.hpp"
 #include "test/files.hpp"
 #include "test/person.hpp"

@@ -1,6 +1,6 @@
 // A.1: finite element results to images.
 
-#include "harness/tools/mesh_image.hpp"
+#include "harness/tools/thesis_tools.hpp"
 #include "test/files.hpp"
 
 #include <cmath>

@@ -1,9 +1,7 @@
 // Registration of small pictures: what it finds, what it refuses.
 
-#include "harness/applications/conventional_registration.hpp"
-#include "harness/applications/iterated_registration.hpp"
-#include "harness/applications/physical_registration.hpp"
 #include "harness/applications/picture.hpp"
+#include "harness/applications/registration.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/judge/registration/rivals.hpp"
 #include "harness/scene/images/images.hpp"

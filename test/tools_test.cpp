@@ -3,9 +3,7 @@
 #include "harness/check/compare.hpp"
 #include "harness/judge/truths.hpp"
 #include "harness/solve/solve.hpp"
-#include "harness/tools/energy_plane.hpp"
-#include "harness/tools/positions.hpp"
-#include "harness/tools/tune.hpp"
+#include "harness/tools/thesis_tools.hpp"
 #include "kernels/data/level.hpp"
 #include "test/files.hpp"
 #include "test/program.hpp"
@@ -91,8 +89,7 @@ TEST(EnergyPlane, EveryValueIsTheTotalEnergy) {
   for (const auto& sites :
        {std::array<SiteIndex, 2>{{{0, 0}, {1, 0}}}, std::array<SiteIndex, 2>{{{4, 3}, {5, 4}}},
         std::array<SiteIndex, 2>{{{8, 6}, {2, 2}}}}) {
-    const EnergyPlaneOptions options{
-        .sites = sites, .component = Component::y, .low = -3.0, .high = 4.0, .points = 5};
+    const EnergyPlaneOptions options{.sites = sites, .axis = 1, .low = -3.0, .high = 4.0, .points = 5};
     const EnergyPlane plane = energy_plane(problem.level, problem.start, options);
     ASSERT_EQ(plane.energy.size(), 25U);
     for (std::size_t second = 0; second < 5; ++second) {

@@ -1,4 +1,4 @@
-#include "harness/applications/conventional_registration.hpp"
+#include "harness/applications/registration.hpp"
 
 #include "harness/applications/picture.hpp"
 #include "harness/scene/images/pixels.hpp"
@@ -14,8 +14,6 @@
 #include <itkRegistrationParameterScalesFromPhysicalShift.h>
 #include <itkShrinkImageFilter.h>
 
-#include <algorithm>
-#include <chrono>
 #include <cmath>
 
 namespace hdmbench {

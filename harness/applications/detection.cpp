@@ -1,17 +1,12 @@
 #include "harness/applications/detection.hpp"
 
-#include "harness/applications/inclusion_scan.hpp"
-#include "harness/applications/minimise.hpp"
-#include "harness/applications/picture.hpp"
+#include "harness/applications/registration.hpp"
 #include "harness/scene/images/images.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <Eigen/Core>
 #include <fmt/format.h>
 
-#include <chrono>
-#include <cmath>
-#include <functional>
 #include <numbers>
 
 namespace hdmbench {

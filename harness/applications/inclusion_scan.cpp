@@ -1,12 +1,7 @@
-#include "harness/applications/inclusion_scan.hpp"
-
-#include "harness/applications/picture.hpp"
-#include "harness/scene/sites.hpp"
+#include "harness/applications/detection.hpp"
 
 #include <Eigen/Cholesky>
 
-#include <algorithm>
-#include <cmath>
 #include <map>
 #include <set>
 

@@ -1,6 +1,6 @@
-#include "harness/applications/conventional_registration.hpp"
+#include "harness/applications/registration.hpp"
 
-#include "harness/applications/minimise.hpp"
+#include "harness/applications/detection.hpp"
 #include "kernels/data/input_error.hpp"
 
 // What ITK would do, in a build without ITK (-DHDMBENCH_IMAGES=OFF).

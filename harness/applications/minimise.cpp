@@ -1,4 +1,4 @@
-#include "harness/applications/minimise.hpp"
+#include "harness/applications/detection.hpp"
 
 #include <vnl/algo/vnl_lbfgsb.h>
 #include <vnl/vnl_cost_function.h>

@@ -1,4 +1,4 @@
-#include "harness/applications/physical_registration.hpp"
+#include "harness/applications/registration.hpp"
 
 #include "harness/applications/picture.hpp"
 #include "harness/solve/methods/solver.hpp"

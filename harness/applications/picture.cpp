@@ -1,16 +1,15 @@
 #include "harness/applications/picture.hpp"
 
+#include "harness/scene/names.hpp"
 #include "harness/scene/sites.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <Eigen/Core>
 #include <fmt/format.h>
 
-#include <array>
 #include <numeric>
 #include <string_view>
 #include <tuple>
-#include <vector>
 
 namespace hdmbench {
 
@@ -41,8 +40,8 @@ InputError unusable(std::string_view why) {
 void require_picture(const ScalarField& picture, std::string_view which) {
   const Extent extent = picture.extent;
   if (extent.width < smallest_side || extent.height < smallest_side) {
-    throw unusable(fmt::format("the pictures are {} x {}, at least {} x {} pixels are needed", extent.width,
-                               extent.height, smallest_side, smallest_side));
+    throw unusable(fmt::format("the pictures are {}, at least {} x {} pixels are needed", size_text(extent),
+                               smallest_side, smallest_side));
   }
   const auto bad = std::ranges::find_if_not(picture.values, [](float gray) { return std::isfinite(gray); });
   if (bad != picture.values.end()) {
@@ -268,9 +267,8 @@ ScalarField with_values_of(const ScalarField& source, const ScalarField& target,
 
 void require_pair(const ScalarField& source, const ScalarField& target) {
   if (source.extent != target.extent) {
-    throw unusable(
-        fmt::format("the source is {} x {} pixels, the target {} x {}; crop or resample one of them",
-                    source.extent.width, source.extent.height, target.extent.width, target.extent.height));
+    throw unusable(fmt::format("the source is {} pixels, the target {}; crop or resample one of them",
+                               size_text(source.extent), size_text(target.extent)));
   }
   require_picture(source, "source");
   require_picture(target, "target");

@@ -1,15 +1,10 @@
-#include "harness/applications/region_sheet.hpp"
+#include "harness/applications/detection.hpp"
 
-#include "harness/applications/picture.hpp"
-#include "harness/scene/sites.hpp"
+#include "harness/scene/names.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
 
 namespace hdmbench {
 
@@ -131,8 +126,8 @@ double ModulusProblem::misfit(std::span<const double> logarithms, const VectorFi
 RegionSheet::RegionSheet(const ScalarField& region, const Scene& scene, ElasticSession& session)
     : poisson_(scene.poisson), image_(scene.extent()), session_(session) {
   if (region.extent != image_) {
-    throw InputError(fmt::format("detection: the scene is {} x {} pixels, the region {} x {}", image_.width,
-                                 image_.height, region.extent.width, region.extent.height));
+    throw InputError(fmt::format("detection: the scene is {} pixels, the region {}", size_text(image_),
+                                 size_text(region.extent)));
   }
   int right = -1;
   int bottom = -1;
@@ -178,8 +173,8 @@ std::size_t RegionSheet::site_of_image(std::size_t site) const {
 
 VectorField RegionSheet::part_of(const VectorField& of_image) const {
   if (of_image.extent != image_) {
-    throw InputError(fmt::format("detection: the scene is {} x {} pixels, the displacement {} x {}",
-                                 image_.width, image_.height, of_image.extent.width, of_image.extent.height));
+    throw InputError(fmt::format("detection: the scene is {} pixels, the displacement {}", size_text(image_),
+                                 size_text(of_image.extent)));
   }
   VectorField part(extent());
   for (std::size_t axis = 0; axis < image_.axes(); ++axis) {

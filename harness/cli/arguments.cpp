@@ -1,15 +1,11 @@
 #include "harness/cli/arguments.hpp"
 
 #include "harness/ranks/message_passing.hpp"
-#include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
-#include "harness/scene/method.hpp"
-#include "harness/scene/names.hpp"
 #include "harness/solve/solve.hpp"
 
 #include <unistd.h>
 
-#include <array>
 #include <charconv>
 #include <cmath>
 #include <iterator>
@@ -18,11 +14,179 @@
 
 namespace hdmbench::commands {
 
-namespace {
-
-bool has(const std::vector<std::string>& names, std::string_view name) {
-  return std::ranges::find(names, name) != names.end();
+bool Call::speaks() const {
+  return ranks == nullptr || ranks->is_first();
 }
+
+void Call::write(nlohmann::json rows, bool quick, std::string_view kind) const {
+  if (speaks()) {
+    write_results(json, kind.empty() ? command->get_name() : kind, run_context(line, quick), std::move(rows));
+  }
+}
+
+template <typename Value>
+CLI::Option* add_option(CLI::App& command, const std::string& names, Value& variable,
+                        const std::string& help) {
+  return command.add_option(names, variable, help);
+}
+
+CLI::Option* add_flag(CLI::App& command, const std::string& names, bool& variable, const std::string& help) {
+  return command.add_flag(names, variable, help);
+}
+
+CLI::Option* add_output(CLI::App& command, const std::string& names, std::filesystem::path& file,
+                        const std::string& help) {
+  return command.add_option(names, file, help)->type_name("FILE");
+}
+
+CLI::Option* add_output_folder(CLI::App& command, std::filesystem::path& folder, const std::string& help) {
+  return command.add_option("--output", folder, help)->type_name("FOLDER");
+}
+
+CLI::Option* add_json(CLI::App& command, Call& call, const std::string& help) {
+  return add_output(command, "--json", call.json, help);
+}
+
+// The types that a command may have options of.
+#define HDMBENCH_OPTION_OF(...)                                                                              \
+  template CLI::Option* add_option(CLI::App&, const std::string&, __VA_ARGS__&, const std::string&);
+HDMBENCH_OPTION_OF(std::string)
+HDMBENCH_OPTION_OF(std::filesystem::path)
+HDMBENCH_OPTION_OF(int)
+HDMBENCH_OPTION_OF(std::size_t)
+HDMBENCH_OPTION_OF(double)
+HDMBENCH_OPTION_OF(std::optional<std::string>)
+HDMBENCH_OPTION_OF(std::optional<int>)
+HDMBENCH_OPTION_OF(std::optional<double>)
+HDMBENCH_OPTION_OF(std::vector<std::string>)
+HDMBENCH_OPTION_OF(std::vector<std::filesystem::path>)
+HDMBENCH_OPTION_OF(std::vector<int>)
+HDMBENCH_OPTION_OF(std::vector<double>)
+#undef HDMBENCH_OPTION_OF
+
+/// The heading of the options in a command's help.
+static constexpr const char* schedule_group = "Instead of what the scene says";
+
+std::vector<std::string> schedule_options(const CLI::App& command, const std::vector<std::string>& but) {
+  std::vector<std::string> names;
+  for (const CLI::Option* const option : command.get_options()) {
+    if (option->get_group() == schedule_group && !contains(but, option->get_name())) {
+      names.push_back(option->get_name());
+    }
+  }
+  return names;
+}
+
+void ScheduleOverrides::add_to(CLI::App& command) {
+  command_ = &command;
+  const OptionGroup group(command, schedule_group);
+  const auto add = [&](const char* name, auto& value, const char* help) {
+    return add_option(command, name, value, help);
+  };
+  const auto add_choice = [&]<typename Value>(const char* name, std::optional<Value>& value,
+                                              const auto& names, const char* help) {
+    const auto take = [&value, &names](const std::string& word) {
+      value = static_cast<Value>(std::ranges::find(names, word) - names.begin());
+    };
+    command.add_option_function<std::string>(name, take, help)
+        ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())));
+  };
+  if (takes_energy) {
+    std::vector<std::string> choices;
+    std::ranges::transform(energies(), std::back_inserter(choices), [](const RegisteredEnergy* one) {
+      return fmt::format("{} ({})", one->name, one->summary);
+    });
+    const auto names = energy_names();
+    const auto take = [this](const std::string& name) { energy = &find_energy(name); };
+    command
+        .add_option_function<std::string>(
+            "--energy", take,
+            fmt::format("What the displacement minimises: {}; a method brings its own",
+                        fmt::join(choices, " or ")))
+        ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())));
+  }
+  add("--method", method, "How the scene is solved (see methods)");
+  add("--iterations", options.iterations,
+      "Effort of the method: iterations per level, exact or at most (see --stop), or what methods says");
+  add("--relaxation", options.relaxation, "Of closed-form: how far a site moves towards its minimum");
+  const auto take_temperatures = [this](const std::vector<double>& two) {
+    options.cooling = Cooling{.highest = two.at(0), .lowest = two.at(1)};
+  };
+  command
+      .add_option_function<std::vector<double>>("--temperatures", take_temperatures,
+                                                "Of annealing: HIGHEST,LOWEST in units of the energy")
+      ->delimiter(',')
+      ->expected(2);
+  add("--seed", options.seed, "Of annealing: 0 ... 4092");
+  add("--start-level", start_level, "First level computed; 0 is the full resolution");
+  add_choice("--stop", stop, stop_names,
+             "When a level ends: fixed, still (no site changed) or energy (thesis 5.3)");
+  add("--epsilon", epsilon, "Change of the mean energy that ends a level with --stop energy")
+      ->check(CLI::Range(0.0, 1e6));
+  add_choice("--alignment", alignment, alignment_names, "Of the pyramid's levels: corner or center");
+  add_choice("--update", options.update, update_names,
+             "Of icm: simultaneous, coloured, four-coloured, or sequential (scalar only)");
+  command.add_option_function<std::string>(
+      "--steps", [this](const std::string& text) { options.steps = StepSet::parse(text); },
+      "Candidates: default, thesis, fine, or numbers such as 0,-1,1");
+  add("--penalty", penalty, "K > 0 of the observation term");
+  add("--prior-weight", prior_weight,
+      "alpha of the thesis, (3.17), above 0 and below 1: U = alpha prior + (1 - alpha) observation");
+}
+
+void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& other_method) const {
+  const std::optional<std::string> chosen = other_method ? other_method : method;
+  if (energy != nullptr) {
+    use_energy(scene, *energy);
+  }
+  if (chosen) {
+    use_method(scene, find_method(*chosen, energy));
+  }
+  const bool of_cells = scene.energy->is_of_cells();
+  if (of_cells && !takes_energy) {
+    throw InputError(fmt::format("{} would have the {} energy, which this command does not know; run, "
+                                 "verify, bench, tradeoff and accuracy do",
+                                 scene.name, scene.energy->name));
+  }
+  if (of_cells && (start_level || epsilon || alignment || penalty || prior_weight)) {
+    throw InputError(fmt::format("the {} energy has levels of its own and prescribes what is observed; leave "
+                                 "out --start-level, --epsilon, --alignment, --penalty and --prior-weight",
+                                 scene.energy->name));
+  }
+  set_options(scene, options);
+  if (stop && of_cells) {
+    throw InputError(fmt::format("{} ends after its {}; leave out --stop", scene.schedule.method,
+                                 find_method(scene.schedule.method, scene.energy).effort));
+  }
+  if (start_level) {
+    set_start_level(scene, *start_level);
+  }
+  scene.schedule.stop = stop.value_or(scene.schedule.stop);
+  if (epsilon && scene.schedule.stop != Stop::energy) {
+    throw InputError("--epsilon has no effect here: it ends a level with --stop energy; give that, or leave "
+                     "it out");
+  }
+  scene.schedule.epsilon = epsilon.value_or(scene.schedule.epsilon);
+  scene.schedule.alignment = alignment.value_or(scene.schedule.alignment);
+  set_weight(scene, {.penalty = penalty.value_or(scene.weight.penalty),
+                     .prior_weight = prior_weight.value_or(scene.weight.prior_weight)});
+  const bool own_numbers =
+      !chosen && !options.steps && !penalty && !prior_weight && !start_level && !alignment && !energy;
+  const bool provable = scene.full.update != Update::sequential;
+  scene.exact = scene.exact && own_numbers && provable; // the file vouches for nothing else
+}
+
+std::string ScheduleOverrides::text(const std::optional<std::string>& other_method) const {
+  std::string result = other_method ? " --method " + *other_method : "";
+  for (const std::string& name : schedule_options(*command_, {other_method ? "--method" : ""})) {
+    if (command_->count(name) > 0) {
+      result += fmt::format(" {} {}", name, shell_word(joined(command_->get_option(name)->results(), ",")));
+    }
+  }
+  return result;
+}
+
+namespace {
 
 void add_session_to(CLI::App& command, SessionOptions& session) {
   add_option(command, "--device", session.device, "Device by part of its name or by number (see devices)");
@@ -118,6 +282,19 @@ void CommonArguments::add_to(CLI::App& command, Call& call) {
   add_json(command, call);
 }
 
+std::optional<Scene> load_unless_missing(std::string_view name, bool is_needed,
+                                         const std::function<Scene()>& load) {
+  try {
+    return load();
+  } catch (const MissingFile& error) {
+    if (is_needed) {
+      throw;
+    }
+    fmt::print("{} is left out: {}\n", name, error.what());
+    return std::nullopt;
+  }
+}
+
 std::vector<SceneLoader> CommonArguments::scene_loaders(const std::vector<std::string>& by_default) const {
   std::vector<std::optional<Extent>> extents(std::max<std::size_t>(sizes.size(), 1));
   std::ranges::transform(sizes, extents.begin(), parse_size);
@@ -132,18 +309,12 @@ std::vector<SceneLoader> CommonArguments::scene_loaders(const std::vector<std::s
   for (const std::string& name : scenes.empty() ? by_default : scenes) {
     for (const std::optional<Extent>& extent : extents) {
       for (const std::optional<std::string>& method : chosen) {
-        loaders.push_back([this, name, extent, method]() -> std::optional<Scene> {
-          try {
+        loaders.push_back([this, name, extent, method] {
+          return load_unless_missing(name, !scenes.empty(), [&] {
             Scene scene = load_scene(name, {.size = extent});
             schedule.apply(scene, method);
             return scene;
-          } catch (const MissingFile& error) {
-            if (!scenes.empty()) {
-              throw;
-            }
-            fmt::print("{} is left out: {}\n", name, error.what());
-            return std::nullopt;
-          }
+          });
         });
       }
     }
@@ -162,7 +333,7 @@ std::vector<Scene> CommonArguments::load_scenes(const std::vector<std::string>& 
 }
 
 bool CommonArguments::needs(std::string_view backend) const {
-  return has(backends, backend) || has(required, backend);
+  return contains(backends, backend) || contains(required, backend);
 }
 
 std::vector<const Backend*> CommonArguments::choose(const std::vector<std::unique_ptr<Backend>>& registry,
@@ -184,8 +355,8 @@ std::vector<const Backend*> CommonArguments::choose(const std::vector<std::uniqu
   std::vector<const Backend*> chosen;
   for (const auto& backend : registry) {
     const bool is_wanted = backend.get() == scalar && first != scalar
-                               ? has(backends, scalar->name())
-                               : backends.empty() || has(backends, backend->name());
+                               ? contains(backends, scalar->name())
+                               : backends.empty() || contains(backends, backend->name());
     if (is_wanted && backend.get() != first) {
       chosen.push_back(backend.get());
     }
@@ -202,12 +373,11 @@ std::vector<const Backend*> CommonArguments::choose(const std::vector<std::uniqu
 
 Extent parse_size(const std::string& text) {
   const auto side = [&](std::string_view digits) {
-    int number = 0;
-    const auto end = std::from_chars(digits.data(), digits.data() + digits.size(), number);
-    if (end.ec != std::errc{} || end.ptr != digits.data() + digits.size() || number < 1) {
+    const std::optional<int> number = number_of<int>(digits);
+    if (!number || *number < 1) {
       throw InputError(fmt::format("the size \"{}\" is not understood; give 300, 257x130 or 64x64x64", text));
     }
-    return number;
+    return *number;
   };
   const std::string_view view = text;
   const std::size_t cross = std::min(view.find('x'), view.size());
@@ -311,7 +481,7 @@ void require_known_options(const CLI::App& command, const std::vector<std::strin
     if (!name.starts_with("--")) {
       continue;
     }
-    if (!has(known, name)) {
+    if (!contains(known, name)) {
       throw InputError(fmt::format(
           "{} has no option {}; {}", command.get_name(), name,
           did_you_mean(name, known, fmt::format("hdmbench {} --help lists them", command.get_name()))));

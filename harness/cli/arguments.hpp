@@ -2,9 +2,11 @@
 
 #include "backends/registry.hpp"
 #include "harness/cli/commands.hpp"
-#include "harness/cli/schedule_overrides.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
+#include "harness/scene/files.hpp"
+#include "harness/scene/method.hpp"
+#include "harness/scene/names.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/solve/progress.hpp"
 #include "kernels/data/input_error.hpp"
@@ -18,11 +20,40 @@
 #include <initializer_list>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
 /// What every command needs.
 namespace hdmbench::commands {
+
+/// What the user may change about every scene's schedule.
+struct ScheduleOverrides {
+  bool takes_energy = false;                ///< whether the command has --energy; say so before add_to()
+  const RegisteredEnergy* energy = nullptr; ///< null: the scene's, or that of the method
+  std::optional<std::string> method{};      ///< harness/scene/method.hpp
+  MethodOptions options{};                  ///< of the method
+  std::optional<int> start_level{};
+  std::optional<Stop> stop{};
+  std::optional<double> epsilon{};
+  std::optional<Alignment> alignment{};
+  std::optional<double> penalty{};
+  std::optional<double> prior_weight{};
+
+  void add_to(CLI::App& command);
+  /// With `other_method` in place of `method`, where there is one. Throws InputError.
+  void apply(Scene& scene, const std::optional<std::string>& other_method = std::nullopt) const;
+  /// The arguments that were given, each with a space before it: " --iterations 5", with `other_method` as
+  /// above.
+  [[nodiscard]] std::string text(const std::optional<std::string>& other_method = std::nullopt) const;
+
+private:
+  CLI::App* command_ = nullptr; ///< of add_to
+};
+
+/// The names of the options of ScheduleOverrides that a command has, but those of `but`.
+[[nodiscard]] std::vector<std::string> schedule_options(const CLI::App& command,
+                                                        const std::vector<std::string>& but);
 
 using nlohmann::json;
 
@@ -51,9 +82,13 @@ struct SceneArguments {
                                       const Scene& scene_to_solve) const;
 };
 
-/// Loads a scene, which may be large. None, with a line on standard output, where nobody named it and its
-/// files are not on this machine.
+/// Loads a scene, which may be large.
 using SceneLoader = std::function<std::optional<Scene>()>;
+
+/// What `load` gives; none, with a line on standard output, where its files are not on this machine, unless
+/// it `is_needed`: then throws MissingFile.
+[[nodiscard]] std::optional<Scene> load_unless_missing(std::string_view name, bool is_needed,
+                                                       const std::function<Scene()>& load);
 
 /// Arguments of the commands that compare backends.
 struct CommonArguments {
@@ -131,5 +166,80 @@ void require_known_options(const CLI::App& command, const std::vector<std::strin
 /// is one of those that it reads: what its other arguments name, result files in a folder and the images of a
 /// scene among them. If it `writes` them, also where a file cannot be written to.
 void require_outputs(const CLI::App& command, bool writes);
+
+/// What a continuous integration of drivers asks of a command beyond its own verdict: nothing that was not
+/// compared may pass.
+class Gates {
+public:
+  /// --require-hardware and --fail-on-skip, and --baseline of `verify`.
+  void add_to(CLI::App& command, bool with_baseline = false);
+
+  /// Before the command runs. Where hardware is required, leaves backends with software only out of
+  /// `arguments`, with a line on standard output; scalar and openmp, which claim to be no GPU, stay. Where
+  /// there is a baseline, `call` gets a file for the results. Throws DeviceError where a backend that was
+  /// named has software only, or no hardware is left, and InputError for a baseline that cannot be read.
+  void prepare(CommonArguments& arguments, Call& call);
+
+  /// After it: `status`, or disagreement where that was success and a backend was skipped or something that
+  /// agreed in the baseline does not agree, or is not there, in the results. Says which. Throws InputError.
+  /// The baseline is compared by the process that speaks.
+  [[nodiscard]] int judge(int status, const Call& call) const;
+
+private:
+  bool require_hardware_ = false;
+  bool fail_on_skip_ = false;
+  std::filesystem::path baseline_; ///< empty: none
+  std::string skipped_;            ///< lines: backends, and why
+  std::optional<TemporaryDirectory> folder_{};
+};
+
+/// Two pictures and what is known of them.
+struct PictureData {
+  Scene scene;
+  ScalarField source; ///< gray values of both 0 ... 255, on one scale
+  ScalarField target;
+  ScalarField region;    ///< not 0: of interest; empty where none was asked for
+  Placement placement{}; ///< of the source; the scene's where the file cannot say
+};
+
+/// Arguments of the commands that compare two pictures.
+struct PairArguments {
+  std::filesystem::path source;
+  std::filesystem::path target;
+  std::filesystem::path region; ///< empty: none
+  std::filesystem::path output = "hdmbench-output";
+  SceneArguments scene;
+
+  /// `detects`: then a region is required, and there is one way to solve.
+  void add_to(CLI::App& command, Call& call, bool detects);
+  /// Throws InputError where the two, the scene and the region do not belong together: other sizes or
+  /// spacings, no overlap, one gray value, no labels, an empty region.
+  [[nodiscard]] PictureData load() const;
+  /// Makes the folder and sees that files can be written and are none of the inputs, before long work.
+  /// Throws InputError.
+  void require_output(std::span<const std::string> files) const;
+};
+
+/// Writes pictures into the output folder; the rows of `register` and `detect` name them.
+class Pictures {
+public:
+  /// Their names are as the result file `results` has them.
+  Pictures(std::filesystem::path folder, std::filesystem::path results)
+      : folder_(std::move(folder)), results_(std::move(results)) {}
+
+  void gray(const std::string& name, const std::string& caption, const ScalarField& picture);
+  /// Red above 0 and blue below, full at `largest`; over `ground`, where there is one.
+  void signed_values(const std::string& name, const std::string& caption, const ScalarField& values,
+                     double largest, const ScalarField& ground = {});
+  /// [{caption, file: relative to the result file}, ...]
+  [[nodiscard]] const json& written() const { return written_; }
+
+private:
+  [[nodiscard]] std::filesystem::path file(const std::string& name, const std::string& caption);
+
+  std::filesystem::path folder_;
+  std::filesystem::path results_;
+  json written_ = json::array();
+};
 
 } // namespace hdmbench::commands

@@ -1,14 +1,12 @@
 #include "harness/measure/bench.hpp"
 
-#include "harness/cli/gates.hpp"
+#include "harness/cli/arguments.hpp"
 #include "harness/measure/comparison.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/ranks/rank_backend.hpp"
 #include "harness/report/ci_files.hpp"
 #include "harness/report/published.hpp"
-#include "harness/scene/files.hpp"
-#include "harness/scene/method.hpp"
 #include "harness/solve/methods/solver.hpp"
 
 #include <cmath>
@@ -40,7 +38,7 @@ std::vector<std::string> published_scenes() {
   std::vector<std::string> scenes;
   for (const json& row : published()["timings"]) {
     const auto scene = row["scene"].get<std::string>();
-    if (std::ranges::find(scenes, scene) == scenes.end()) {
+    if (!contains(scenes, scene)) {
       scenes.push_back(scene);
     }
   }
@@ -52,15 +50,15 @@ void print_scene(const Scene& scene, const json& rows) {
   const Extent extent = scene.extent();
   const auto ran = std::ranges::find_if(rows, [](const json& row) { return !row["seconds"].empty(); });
   const json& some = ran == rows.end() ? rows.front() : *ran;
-  fmt::print("\n{}, {} x {}: {}, {} iterations, {:.4g} million site updates\n", scene.name, extent.width,
-             extent.height, method_name(scene), some["iterations"].get<std::int64_t>(),
+  fmt::print("\n{}, {}: {}, {} iterations, {:.4g} million site updates\n", scene.name, size_text(extent),
+             method_name(scene), some["iterations"].get<std::int64_t>(),
              some["fine_sweep_equivalents"].get<double>() * static_cast<double>(extent.sites()) * 1e-6);
   const bool as_published = scene.energy->of_sites == &thesis_energy && extent.width == extent.height;
   for (const json& row : published()["timings"]) {
     if (as_published && row["scene"] == scene.name && row["size"] == extent.width) {
-      fmt::print("  thesis, table {}: GPU {} s, CPU {} s, speed-up {}\n", row["table"].get<std::string>(),
-                 row["gpu_seconds"].get<double>(), row["cpu_seconds"].get<double>(),
-                 row["speed_up"].get<double>());
+      fmt::print("{}", row_text("  thesis, table {table}: GPU {gpu_seconds} s, CPU {cpu_seconds} s, "
+                                "speed-up {speed_up}\n",
+                                row));
     }
   }
   json timed = rows;
@@ -73,8 +71,7 @@ void print_scene(const Scene& scene, const json& rows) {
                                "percent_of_ceiling:% of ceiling|binding:bound by"));
   for (const json& row : rows) {
     if (row["valid"] == false) {
-      fmt::print("  {}, {}: no speed-up: {}\n", row["backend"].get<std::string>(),
-                 row["work"].get<std::string>(), row["reason"].get<std::string>());
+      fmt::print("{}", row_text("  {backend}, {work}: no speed-up: {reason}\n", row));
     }
   }
   std::fflush(stdout); // into a pipe too: the next scene may take long
@@ -89,7 +86,7 @@ BenchOptions bench_options(const BenchArguments& arguments,
   backends = arguments.choose(registry, reference);
   const auto wants = [&](Work work) {
     const auto name = work_names[static_cast<std::size_t>(work)];
-    return std::ranges::find(arguments.work, name) != arguments.work.end();
+    return contains(arguments.work, name);
   };
   return {.session = arguments.session,
           .repeats = arguments.repeats,

@@ -54,8 +54,8 @@ Declared<Arguments> declare(CLI::App& program, Call& call, const char* name, con
   return {*command, *own};
 }
 
-/// CLI11's add_option and add_flag, compiled once, in commands.cpp: their templates take ten seconds in every
-/// file that instantiates them.
+/// CLI11's add_option and add_flag, compiled once, in arguments.cpp: their templates take ten seconds in
+/// every file that instantiates them.
 template <typename Value>
 CLI::Option* add_option(CLI::App& command, const std::string& names, Value& variable,
                         const std::string& help);

@@ -1,13 +1,17 @@
 #include "harness/applications/detection.hpp"
-#include "harness/applications/inclusion_scan.hpp"
-#include "harness/applications/iterated_registration.hpp"
 #include "harness/applications/picture.hpp"
-#include "harness/cli/pair_arguments.hpp"
+#include "harness/applications/registration.hpp"
+#include "harness/cli/arguments.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/registration/ways.hpp"
 #include "harness/scene/images/images.hpp"
 
 #include <cmath>
+
+namespace hdmbench {
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Detection, noise, unexplained_before, unexplained, largest, x, y, radius,
+                                   contrast, position_deviation, contrast_deviation)
+}
 
 namespace hdmbench::commands {
 
@@ -82,31 +86,19 @@ int run_detect(Arguments& arguments, Call& call) {
                                          data.scene, arguments.detection, *session, progress);
   progress.clear();
 
-  const double seconds = registered.seconds + found.seconds;
-  const auto region_sites = std::ranges::count_if(data.region.values, [](float v) { return v != 0.0F; });
   const auto as_much_by_chance =
       std::ranges::count_if(found.by_chance, [&](double most) { return most >= std::abs(found.largest); });
-  const double largest_by_chance = std::ranges::max(found.by_chance);
-  json row = row_of(data.scene);
+  json row = found;
+  row.update(row_of(data.scene));
   row.update({{"placement", data.placement},
               {"backend", backend.name()},
               {"device", device.name},
-              {"seconds", seconds},
+              {"seconds", registered.seconds + found.seconds},
               {"registration_seconds", registered.seconds},
-              {"region_sites", region_sites},
+              {"region_sites", std::ranges::count_if(data.region.values, [](float v) { return v != 0.0F; })},
               {"simulations", found.by_chance.size()},
               {"as_much_by_chance", as_much_by_chance},
-              {"largest_by_chance", largest_by_chance},
-              {"noise", found.noise},
-              {"unexplained_before", found.unexplained_before},
-              {"unexplained", found.unexplained},
-              {"largest", found.largest},
-              {"x", found.x},
-              {"y", found.y},
-              {"radius", found.radius},
-              {"contrast", found.contrast},
-              {"position_deviation", found.position_deviation},
-              {"contrast_deviation", found.contrast_deviation},
+              {"largest_by_chance", std::ranges::max(found.by_chance)},
               {"contrast_undetermined", is_undetermined(found)},
               {"contrast_at_limit", is_at_limit(found)}});
   const auto name = [&](const char* file) { return beside(call.json, arguments.output, file); };
@@ -124,17 +116,21 @@ int run_detect(Arguments& arguments, Call& call) {
   row["pictures"] = pictures.written();
 
   fmt::print(
-      "{}\n\n  {} sites of the region; error of the displacement, as white noise, {:.3g} px\n"
-      "  unexplained by the labels' moduli {:.3g} px, by those found {:.3g} px\n"
-      "  most significant {:.3g} standard deviations; by chance as much in {} of {} simulations with nothing "
-      "hidden, at most {:.3g}\n"
-      "  explained best by a disc at x = {:.1f}, y = {:.1f} (+- {:.3g}), radius {:.1f} px, of {}\n\n",
-      data.scene.title, region_sites, found.noise, found.unexplained_before, found.unexplained, found.largest,
-      as_much_by_chance, found.by_chance.size(), largest_by_chance, found.x, found.y,
-      found.position_deviation, found.radius, contrast_text(found));
-  fmt::print("  {}\n\n  {:.3g} s ({:.3g} of them the registration)\n  {}: MPa; beside it detection.nrrd, "
-             "standard deviations\n",
-             verdict(as_much_by_chance > 0, found), seconds, registered.seconds,
+      "{}\n\n{} of {}\n\n", data.scene.title,
+      row_text(
+          "  {region_sites} sites of the region; error of the displacement, as white noise, {noise:.3g} px\n"
+          "  unexplained by the labels' moduli {unexplained_before:.3g} px, by those found "
+          "{unexplained:.3g} px\n"
+          "  most significant {largest:.3g} standard deviations; by chance as much in "
+          "{as_much_by_chance} of {simulations} simulations with nothing hidden, at most "
+          "{largest_by_chance:.3g}\n"
+          "  explained best by a disc at x = {x:.1f}, y = {y:.1f} (+- {position_deviation:.3g}), radius "
+          "{radius:.1f} px,",
+          row),
+      contrast_text(found));
+  fmt::print("  {}\n\n{}  {}: MPa; beside it detection.nrrd, standard deviations\n",
+             verdict(as_much_by_chance > 0, found),
+             row_text("  {seconds:.3g} s ({registration_seconds:.3g} of them the registration)\n", row),
              (arguments.output / "modulus.nrrd").string());
   call.write(json::array({without_nulls(row)}));
   return success;

@@ -1,10 +1,9 @@
 // The commands that ask what there is and what it does: devices, methods, probe, implementations.
 
 #include "harness/check/probe.hpp"
-#include "harness/cli/gates.hpp"
+#include "harness/cli/arguments.hpp"
 #include "harness/measure/implementations.hpp"
 #include "harness/ranks/rank_backend.hpp"
-#include "harness/scene/method.hpp"
 
 #include <fmt/ranges.h>
 
@@ -200,12 +199,9 @@ int run_implementations(ImplementationArguments& arguments, Call& call) {
   std::map<std::string, std::ptrdiff_t> count; // by outcome
   for (const json& row : rows) {
     ++count[row["outcome"]];
-    const auto word = [&](const char* key) { return row[key].get<std::string>(); };
     if (row["reason"] != "") {
-      fmt::print("\n  {} on {}: {}\n", word("backend"), word("implementation"), word("reason"));
-      if (row["repeat"] != "") {
-        fmt::print("    repeat: {}\n", word("repeat"));
-      }
+      fmt::print("{}{}", row_text("\n  {backend} on {implementation}: {reason}\n", row),
+                 row["repeat"] == "" ? "" : row_text("    repeat: {repeat}\n", row));
     }
   }
   const auto passed = count["passed"];

@@ -3,7 +3,6 @@
 #include "harness/ranks/rank_backend.hpp"
 #include "harness/ranks/rank_faults.hpp"
 
-#include <optional>
 #include <set>
 
 namespace hdmbench::commands {
@@ -25,13 +24,12 @@ struct Arguments {
 /// Those that were named, or all. Throws InputError for a name that none has.
 std::vector<Planted> chosen(const std::vector<std::string>& names, std::vector<Planted> all) {
   for (const std::string& name : names) {
-    if (std::ranges::find(all, name, &Planted::name) == all.end()) {
+    if (!contains(all, name, &Planted::name)) {
       throw InputError(fmt::format("there is no fault \"{}\"; hdmbench faults --list names them", name));
     }
   }
-  std::erase_if(all, [&](const Planted& planted) {
-    return !names.empty() && std::ranges::find(names, planted.name) == names.end();
-  });
+  std::erase_if(all,
+                [&](const Planted& planted) { return !names.empty() && !contains(names, planted.name); });
   return all;
 }
 

@@ -1,9 +1,8 @@
-#include "harness/cli/gates.hpp"
+#include "harness/cli/arguments.hpp"
 
 #include "harness/check/verify.hpp"
 
 #include <map>
-#include <vector>
 
 namespace hdmbench::commands {
 
@@ -82,8 +81,7 @@ void Gates::prepare(CommonArguments& arguments, Call& call) {
   std::vector<std::string> kept;
   bool any_hardware = false;
   for (const auto& backend : registry) {
-    if (!arguments.backends.empty() &&
-        std::ranges::find(arguments.backends, backend->name()) == arguments.backends.end()) {
+    if (!arguments.backends.empty() && !contains(arguments.backends, backend->name())) {
       continue;
     }
     const bool is_processor = backend->threads(arguments.session) > 0;

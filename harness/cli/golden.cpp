@@ -1,6 +1,5 @@
 #include "harness/check/golden.hpp"
-#include "harness/cli/gates.hpp"
-#include "harness/scene/files.hpp"
+#include "harness/cli/arguments.hpp"
 
 #include <fmt/ranges.h>
 
@@ -16,8 +15,7 @@ struct Arguments : CommonArguments {
   /// Scenes as the user's own files have them, and not the shipped ones with few iterations.
   [[nodiscard]] bool has_own_scenes() const {
     const std::vector<std::string> shipped = shipped_scenes();
-    return std::ranges::any_of(
-        scenes, [&](const std::string& scene) { return std::ranges::find(shipped, scene) == shipped.end(); });
+    return !std::ranges::all_of(scenes, [&](const std::string& scene) { return contains(shipped, scene); });
   }
 };
 
@@ -102,7 +100,7 @@ std::vector<Scene> load_own_scenes(const Arguments& arguments) {
 std::vector<Scene> load_golden_scenes(const Arguments& arguments) {
   const std::vector<Case> cases = golden_cases();
   for (const std::string& name : arguments.scenes) {
-    if (std::ranges::find(cases, name, &Case::scene) == cases.end()) {
+    if (!contains(cases, name, &Case::scene)) {
       throw InputError(
           fmt::format("there are golden hashes of the shipped scenes only, which are {}; not of \"{}\". Of "
                       "scenes of your own, --write FILE keeps them and --golden FILE compares with them",
@@ -111,16 +109,13 @@ std::vector<Scene> load_golden_scenes(const Arguments& arguments) {
   }
   std::vector<Scene> scenes;
   for (const Case& problem : cases) {
-    const bool is_named = std::ranges::find(arguments.scenes, problem.scene) != arguments.scenes.end();
-    try {
-      if (is_named || arguments.scenes.empty()) {
-        scenes.push_back(load_case(problem));
-      }
-    } catch (const MissingFile& error) {
-      if (is_named || !arguments.write.empty()) {
-        throw;
-      }
-      fmt::print("{} is left out: {}\n", problem.name(), error.what());
+    const bool is_named = contains(arguments.scenes, problem.scene);
+    if (!is_named && !arguments.scenes.empty()) {
+      continue;
+    }
+    if (auto scene = load_unless_missing(problem.name(), is_named || !arguments.write.empty(),
+                                         [&] { return load_case(problem); })) {
+      scenes.push_back(std::move(*scene));
     }
   }
   return scenes;

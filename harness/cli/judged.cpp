@@ -5,10 +5,7 @@
 #include "harness/judge/tradeoff.hpp"
 #include "harness/report/published.hpp"
 #include "harness/scene/images/images.hpp"
-#include "harness/scene/method.hpp"
-#include "harness/scene/names.hpp"
 
-#include <array>
 #include <cstdio>
 #include <map>
 #include <numeric>
@@ -60,13 +57,10 @@ std::string failures_text(const std::vector<Judged>& rows) {
 void print_published(const Scene& scene) {
   for (const json& row : published()["accuracy"]) {
     if (row["scene"] == scene.name && scene.extent() == Extent{300, 300}) {
-      fmt::print("  thesis, table {}: {} {}{} s\n", row["table"].get<std::string>(),
-                 row["method"].get<std::string>(),
-                 row.contains("rmsd")
-                     ? fmt::format("{} px to FEM, mean energy {}, {} iterations, ", row["rmsd"].get<double>(),
-                                   row["mean_energy"].get<double>(), row["iterations"].get<int>())
-                     : "",
-                 row["seconds"].get<double>());
+      constexpr std::string_view measured =
+          "{rmsd} px to FEM, mean energy {mean_energy}, {iterations} iterations, ";
+      fmt::print("{}{}{}", row_text("  thesis, table {table}: {method} ", row),
+                 row.contains("rmsd") ? row_text(measured, row) : "", row_text("{seconds} s\n", row));
     }
   }
 }
@@ -116,7 +110,7 @@ int run_accuracy(Arguments& arguments, Call& call) {
         pictured = true;
       }
     }
-    fmt::print("\n{}, {} x {}: {}\n", scene.name, scene.extent().width, scene.extent().height, scene.title);
+    fmt::print("\n{}, {}: {}\n", scene.name, size_text(scene.extent()), scene.title);
     print_published(scene);
     print_scene(accuracy, own);
     sound = sound && std::ranges::all_of(accuracy.rows, [](const Judged& row) {
@@ -131,30 +125,26 @@ int run_accuracy(Arguments& arguments, Call& call) {
 
 /// `equal`: as compare_at has it.
 void print_equal_accuracy(const json& equal) {
-  const auto number = [](const json& row, const char* key) { return row[key].get<double>(); };
-  const auto text = [](const json& row, const char* key) { return row[key].get<std::string>(); };
-  const double target = number(equal, "target");
+  constexpr std::string_view at = "  At {target:.3g} px to FEM nu 0: ";
   const json& ours = equal["ours"];
   if (ours.is_null()) {
     if (!equal["nearest"].is_null()) {
-      fmt::print("  At {:.3g} px to FEM nu 0: no method is that near; the nearest is {:.3g} px away.\n",
-                 target, number(equal, "nearest"));
+      fmt::print("{}{}", row_text(at, equal),
+                 row_text("no method is that near; the nearest is {nearest:.3g} px away.\n", equal));
     }
     return;
   }
-  fmt::print("  At {:.3g} px to FEM nu 0: {}, {} on {} is the fastest, {:.3g} s;\n", target,
-             text(ours, "method"), text(ours, "effort"), text(ours, "backend"),
-             number(ours, "seconds_median"));
+  fmt::print("{}{}", row_text(at, equal),
+             row_text("{method}, {effort} on {backend} is the fastest, {seconds_median:.3g} s;\n", ours));
   for (const auto& [key, title] : {std::pair("direct", "direct FEM"),
                                    {"iterative", "FEM by conjugate gradients"},
                                    {"multigrid", "FEM by multigrid of others"},
                                    {"coarse", "FEM on a coarse mesh"}}) {
-    if (const json& rival = equal[key]; !rival.is_null()) {
-      fmt::print("    {} ({}, {:.3g} s) takes {:.3g} times as long.\n", title, text(rival, "effort"),
-                 number(rival, "seconds_median"), number(rival, "ratio"));
-    } else {
-      fmt::print("    {} was not measured, or is nowhere that near.\n", title);
-    }
+    const json& rival = equal[key];
+    fmt::print("    {} {}\n", title,
+               rival.is_null()
+                   ? "was not measured, or is nowhere that near."
+                   : row_text("({effort}, {seconds_median:.3g} s) takes {ratio:.3g} times as long.", rival));
   }
 }
 
@@ -211,8 +201,8 @@ int run_tradeoff(Arguments& arguments, Call& call) {
     }
     std::ranges::sort(shown.get_ref<json::array_t&>(), {},
                       [](const json& row) { return row["seconds_median"].get<double>(); });
-    fmt::print("\n{}, {} x {}: {} points\n{}", scene.name, scene.extent().width, scene.extent().height,
-               rows.size(), judged_table(shown));
+    fmt::print("\n{}, {}: {} points\n{}", scene.name, size_text(scene.extent()), rows.size(),
+               judged_table(shown));
     for (const double target : targets) {
       print_equal_accuracy(results.emplace_back(compare_at(scene, rows, target)));
     }

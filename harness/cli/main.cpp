@@ -1,30 +1,18 @@
-#include "backends/backend.hpp"
 #include "backends/cpu/cpu.hpp"
-#include "backends/registry.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/ranks/message_passing.hpp"
 #include "harness/scene/images/images.hpp"
-#include "harness/scene/names.hpp"
-#include "kernels/data/input_error.hpp"
 
 #include <build_information.hpp>
-#include <fmt/format.h>
 #include <fmt/ranges.h>
 
 #include <fcntl.h>
 #include <unistd.h>
 
-#include <algorithm>
-#include <array>
 #include <csignal>
 #include <cstdio>
 #include <iostream>
-#include <memory>
-#include <span>
 #include <sstream>
-#include <string>
-#include <string_view>
-#include <vector>
 
 namespace {
 
@@ -60,7 +48,7 @@ int refuse(std::string_view why, Ranks* ranks) {
 bool sends_results_to_standard_output(std::span<char*> words) {
   const auto is_option = [](const char* word) { return word == std::string_view("--json"); };
   const auto option = std::ranges::find_if(words, is_option);
-  return std::ranges::find(words, std::string_view("--json=-")) != words.end() ||
+  return contains(words, std::string_view("--json=-")) ||
          (option != words.end() && option + 1 != words.end() && *(option + 1) == std::string_view("-"));
 }
 
@@ -76,7 +64,7 @@ void require_meaning_for_ranks(std::string_view command, const std::string& own,
     }
   }
   constexpr std::array<std::string_view, 5> shared{"run", "verify", "faults", "bench", "devices"};
-  if (!command.starts_with('-') && std::ranges::find(shared, command) == shared.end()) {
+  if (!command.starts_with('-') && !contains(shared, command)) {
     throw InputError(
         fmt::format("{} runs in one process; mpirun is for {}", command, fmt::join(shared, ", ")));
   }
@@ -135,7 +123,7 @@ int run_program(std::span<char*> words, Ranks* ranks) {
     place_threads();
   }
   try {
-    if (std::ranges::find(names, asked) != names.end()) {
+    if (contains(names, asked)) {
       require_known_options(*program.get_subcommand(words[1]), {words.begin() + 2, words.end()});
     } else if (!asked.starts_with('-')) {
       throw InputError(fmt::format("there is no command \"{}\"; {}", asked,

@@ -2,7 +2,6 @@
 
 #include "harness/cli/arguments.hpp"
 #include "harness/report/report.hpp"
-#include "harness/scene/files.hpp"
 
 #ifdef HDMBENCH_WITH_BROWSER
 #include "harness/web/browser_page.hpp"

@@ -1,9 +1,7 @@
-#include "harness/cli/pair_arguments.hpp"
+#include "harness/cli/arguments.hpp"
 
 #include "harness/applications/picture.hpp"
-#include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
-#include "harness/scene/sites.hpp"
 
 #include <cmath>
 #include <utility>
@@ -18,9 +16,8 @@ constexpr double same_spacing = 0.01; // of a pixel: rounding in file headers
 
 void require_same(const fs::path& file, Extent extent, double spacing, const Scene& scene) {
   if (extent != scene.extent()) {
-    throw InputError(fmt::format(
-        "{} is {} x {} pixels, the scene {} is {} x {}; crop or resample one of them", file.string(),
-        extent.width, extent.height, scene.name, scene.extent().width, scene.extent().height));
+    throw InputError(fmt::format("{} is {} pixels, the scene {} is {}; crop or resample one of them",
+                                 file.string(), size_text(extent), scene.name, size_text(scene.extent())));
   }
   if (std::abs(spacing - scene.spacing) > same_spacing * scene.spacing) {
     throw InputError(

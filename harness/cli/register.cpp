@@ -1,14 +1,14 @@
-#include "harness/applications/conventional_registration.hpp"
-#include "harness/applications/iterated_registration.hpp"
-#include "harness/applications/physical_registration.hpp"
 #include "harness/applications/picture.hpp"
+#include "harness/applications/registration.hpp"
 #include "harness/check/compare.hpp"
-#include "harness/cli/pair_arguments.hpp"
+#include "harness/cli/arguments.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/registration/ways.hpp"
 #include "harness/scene/images/images.hpp"
-#include "harness/scene/method.hpp"
-#include "harness/scene/sites.hpp"
+
+namespace hdmbench {
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Similarity, mean_squares, correlation, mutual_information)
+}
 
 namespace hdmbench::commands {
 
@@ -151,15 +151,9 @@ int run_register(Arguments& arguments, Call& call) {
   const Similarity before = similarity(data.source, data.target);
   const Similarity after = similarity(data.source, pulled_back(data.target, outcome.displacement));
   const Warnings warnings = diagnose(data.source, data.target, before, after);
-  const double largest = largest_magnitude(outcome.displacement);
   const ScalarField areas = least_area_ratios(outcome.displacement);
   const auto folds = std::ranges::count_if(areas.values, [](float ratio) { return !(ratio > 0.0F); });
   const bool converged = outcome.row.value("converged", true);
-  const auto as_json = [](const Similarity& alike) -> json {
-    return {{"mean_squares", alike.mean_squares},
-            {"correlation", alike.correlation},
-            {"mutual_information", alike.mutual_information}};
-  };
   json& row = outcome.row;
   row.update(row_of(data.scene));
   row.update({{"spacing", data.scene.spacing},
@@ -167,43 +161,42 @@ int run_register(Arguments& arguments, Call& call) {
               {"algorithm", arguments.iterate ? "iterated" : "region"},
               {"backend", backend.name()},
               {"device", device.name},
-              {"before", as_json(before)},
-              {"after", as_json(after)},
+              {"before", before},
+              {"after", after},
               {"folds", folds},
-              {"largest_displacement", largest}});
+              {"largest_displacement", largest_magnitude(outcome.displacement)}});
   if (!warnings.empty()) {
     row["warnings"] = warnings;
   }
   write_files(arguments.pair, call, data, outcome);
 
-  fmt::print("{}, {} x {} pixels of {:.4g} mm, {} energy on {} ({})\n\n", data.scene.title,
-             data.scene.extent().width, data.scene.extent().height, data.scene.spacing,
-             row["energy"].get<std::string>(), backend.name(), device.name);
+  fmt::print("{}, {} pixels of {:.4g} mm, {} energy on {} ({})\n\n", data.scene.title,
+             size_text(data.scene.extent()), data.scene.spacing, row["energy"].get<std::string>(),
+             backend.name(), device.name);
   if (arguments.iterate) {
     fmt::print("{}\n  {}\n\n", table_text(row["iterations"], "size|difference|outliers|step:step, px"),
                converged ? "Converged: the last step moved nothing by more than its tolerance."
                          : "Not converged: the last step still moved the tissue; look at the differences.");
   }
   json measures = json::array();
-  for (const auto& [what, measure] :
-       {std::pair{"mean squared difference", &Similarity::mean_squares},
-        std::pair{"correlation", &Similarity::correlation},
-        std::pair{"mutual information, bits", &Similarity::mutual_information}}) {
-    measures.push_back({{"what", what}, {"before", before.*measure}, {"after", after.*measure}});
+  for (const auto& [key, what] : {std::pair{"mean_squares", "mean squared difference"},
+                                  {"correlation", "correlation"},
+                                  {"mutual_information", "mutual information, bits"}}) {
+    measures.push_back({{"what", what}, {"before", row["before"][key]}, {"after", row["after"][key]}});
   }
-  fmt::print("{}\n  largest displacement {:.4g} px, {} folded cells, {:.3g} s{}\n",
-             table_text(measures, "what:|before|after"), largest, folds, row["seconds"].get<double>(),
-             arguments.iterate
-                 ? ""
-                 : fmt::format(" ({:.3g} of them ITK's)", row["conventional_seconds"].get<double>()));
+  fmt::print(
+      "{}{}{}\n", table_text(measures, "what:|before|after"),
+      row_text(
+          "\n  largest displacement {largest_displacement:.4g} px, {folds} folded cells, {seconds:.3g} s",
+          row),
+      arguments.iterate ? "" : row_text(" ({conventional_seconds:.3g} of them ITK's)", row));
   fmt::print("  {}: the displacement in millimetres; beside it {} pictures\n",
              (arguments.pair.output / "displacement.nrrd").string(), row["pictures"].size());
   if (!warnings.empty()) {
     fmt::print("\n{}", warnings_text(warnings));
   }
   call.write(json::array({without_nulls(row)}));
-  const bool alike = std::ranges::find(warnings, no_likeness, &Warning::kind) == warnings.end();
-  return alike && converged ? success : disagreement;
+  return !contains(warnings, no_likeness, &Warning::kind) && converged ? success : disagreement;
 }
 
 } // namespace

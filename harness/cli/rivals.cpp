@@ -1,7 +1,6 @@
 #include "harness/judge/registration/rivals.hpp"
 #include "backends/shared/elastic_session.hpp"
 #include "harness/cli/arguments.hpp"
-#include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
 
 namespace hdmbench::commands {
@@ -47,10 +46,9 @@ Found compare(const Arguments& arguments, const Scene& scene, const Backend& bac
     const json rows =
         compare_rivals(scene, options, !arguments.quick, backend, arguments.scene.session, progress);
     progress.clear();
-    fmt::print("{}, {} x {}: {} of {:g} px, noise {:g} %, seed {}; RMSD to the truth in pixels\n\n{}\n",
-               scene.name, scene.extent().width, scene.extent().height, name, options.amplitude,
-               100.0 * options.noise, options.seed,
-               table_text(rows, "method|tissue|tissue_95:95 %|region|dice:Dice|folds|seconds"));
+    fmt::print("{}, {}: {} of {:g} px, noise {:g} %, seed {}; RMSD to the truth in pixels\n\n{}\n",
+               scene.name, size_text(scene.extent()), name, options.amplitude, 100.0 * options.noise,
+               options.seed, table_text(rows, "method|tissue|tissue_95:95 %|region|dice:Dice|folds|seconds"));
     all.insert(all.end(), rows.begin(), rows.end());
   }
   return {"rivals", std::move(all)};
@@ -79,19 +77,17 @@ Found look(const Arguments& arguments, const Scene& scene, const Backend& backen
     row["spread"] = arguments.spread;
   }
   progress.clear();
-  const json figures = detection_figures(rows);
-  const auto figure = [&](const char* key) { return figures[key].get<double>(); };
-  fmt::print("{}, {} x {}: {} cases with an inclusion of {}, as many without; noise {:g} % of {}\n"
-             "  area under the ROC {:.3f}; had the place been known {:.3f}\n"
-             "  more than chance found in {} cases with an inclusion, in {} without\n"
-             "  error of the position {:.2f} px, contrast found over the true one {:.2f}, medians\n",
-             scene.name, scene.extent().width, scene.extent().height, arguments.detection,
+  fmt::print("{}, {}: {} cases with an inclusion of {}, as many without; noise {:g} % of {}\n{}", scene.name,
+             size_text(scene.extent()), arguments.detection,
              arguments.spread ? "radius 3 to 15 px and contrast 1.5 to 10"
                               : fmt::format("radius {:g} px and contrast {:g}", PlantedInclusion{}.radius,
                                             PlantedInclusion{}.contrast),
              100.0 * noise, arguments.pictures ? "white, in the pictures" : "the largest displacement",
-             figure("area"), figure("area_by_place"), figure("found"), figure("mistaken"), figure("distance"),
-             figure("found_share"));
+             row_text("  area under the ROC {area:.3f}; had the place been known {area_by_place:.3f}\n"
+                      "  more than chance found in {found} cases with an inclusion, in {mistaken} without\n"
+                      "  error of the position {distance:.2f} px, contrast found over the true one "
+                      "{found_share:.2f}, medians\n",
+                      detection_figures(rows)));
   return {"roc", std::move(rows)};
 }
 

@@ -1,19 +1,141 @@
-// The tools of the thesis's appendix A but for the search for alpha (tune.cpp).
+#include "harness/tools/thesis_tools.hpp"
 
 #include "harness/check/compare.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/judge/truths.hpp"
-#include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/solve/solve.hpp"
-#include "harness/tools/energy_plane.hpp"
-#include "harness/tools/export_scene.hpp"
-#include "harness/tools/mesh_image.hpp"
-#include "harness/tools/positions.hpp"
 
 #include <fmt/ranges.h>
 
 namespace hdmbench::commands {
+
+namespace {
+
+struct Arguments {
+  SceneArguments scene;
+  TuneOptions search;
+  std::string method = "simplex";
+  std::vector<double> range;
+  std::string truth = "fem";
+  std::filesystem::path mask;
+};
+
+/// What a solution is measured against.
+struct Truth {
+  ReferenceField displacement;         ///< pixels
+  std::vector<std::uint8_t> counted{}; ///< not 0 where the truth is known; empty: everywhere
+};
+
+Truth read_truth(const Arguments& arguments, Extent extent) {
+  Image<VectorField> read = read_displacement(arguments.truth);
+  if (read.pixels.extent != extent) {
+    throw InputError(fmt::format("{}: is {} pixels, the scene is {}", arguments.truth,
+                                 size_text(read.pixels.extent), size_text(extent)));
+  }
+  validate(read.pixels, extent, "the truth");
+  Truth truth{.displacement = ReferenceField(read.pixels)};
+  if (!arguments.mask.empty()) {
+    const ScalarField mask = read_scalar(arguments.mask).pixels;
+    if (mask.extent != extent) {
+      throw InputError(fmt::format("the mask of the truth is {} pixels, the scene is {}",
+                                   size_text(mask.extent), size_text(extent)));
+    }
+    std::ranges::transform(mask.values, std::back_inserter(truth.counted),
+                           [](float defined) { return static_cast<std::uint8_t>(defined != 0.0F); });
+    if (std::ranges::count(truth.counted, 1) == 0) {
+      throw InputError("the truth is defined at no pixel: its mask is 0 everywhere");
+    }
+  }
+  return truth;
+}
+
+void print(const Tuning& tuning, double penalty) {
+  json rows = json::array();
+  for (std::size_t i = 0; i < tuning.evaluations.size(); ++i) {
+    const Evaluation& evaluation = tuning.evaluations[i];
+    const ObservationWeight weight{.penalty = penalty, .prior_weight = evaluation.prior_weight};
+    rows.push_back({{"alpha", fmt::format("{:.5f}", evaluation.prior_weight)},
+                    {"product", weight.product()},
+                    {"rmsd", fmt::format("{:.5f}", evaluation.rmsd)},
+                    {"which", i == tuning.best ? "best" : (i < tuning.scanned ? "scan" : "")}});
+  }
+  fmt::print("{}", table_text(rows, "alpha|product:K (1 - alpha) / alpha|rmsd:RMSD [px]|which:"));
+}
+
+int run_tune(Arguments& arguments, Call& call) {
+  const bool against_elements = arguments.truth == "fem";
+  if (against_elements) {
+    refuse_idle(*call.command, {"--mask"}, "it belongs to a truth from a file, --truth FILE.nrrd");
+  }
+  Scene scene = arguments.scene.load();
+  TuneOptions search = arguments.search;
+  search.method = arguments.method == "simplex" ? SearchMethod::simplex : SearchMethod::annealing;
+  if (!arguments.range.empty()) {
+    search.low = arguments.range[0];
+    search.high = arguments.range[1];
+  }
+  const auto registry = make_backends();
+  const Backend& backend = arguments.scene.choose(registry, scene);
+  Progress progress;
+  progress.describe(fmt::format("tune {}: the truth", scene.name));
+  const Truth truth = against_elements ? Truth{find_finite_elements(scene.full, scene.poisson)}
+                                       : read_truth(arguments, scene.extent());
+  const auto session = backend.open(arguments.scene.session);
+  int evaluations = 0;
+  const double penalty = scene.weight.penalty;
+  const Tuning tuning = tune_prior_weight(
+      [&](double alpha) {
+        progress.describe(
+            fmt::format("tune {}: evaluation {}, alpha = {:.4g}", scene.name, ++evaluations, alpha));
+        set_weight(scene, {.penalty = penalty, .prior_weight = alpha});
+        Progress silent(false);
+        return rmsd(ReferenceField(solve(scene, *session, silent).displacement), truth.displacement,
+                    truth.counted);
+      },
+      search);
+  progress.clear();
+
+  const Evaluation& best = tuning.evaluations[tuning.best];
+  fmt::print("{}\n{} pixels, K = {:.6g}, {} on {}, against {}\n\n", scene.title, size_text(scene.extent()),
+             penalty, tuning.matters() ? arguments.method : "scan", backend.name(),
+             against_elements ? fmt::format("finite elements (nu = {})", scene.poisson) : arguments.truth);
+  print(tuning, penalty);
+  if (tuning.matters()) {
+    fmt::print("\n  alpha = {:.5f}: RMSD {:.5f} px (the largest seen is {:.3g} px above)\n",
+               best.prior_weight, best.rmsd, tuning.spread());
+  } else {
+    fmt::print(
+        "\n  alpha does not matter here: from {} to {} the RMSD changes by {:.2g} px, less than {:.0e}\n",
+        search.low, search.high, tuning.spread(), Tuning::flat);
+  }
+  return success;
+}
+
+} // namespace
+
+void add_tune(CLI::App& program, Call& call) {
+  const auto [command, own] =
+      declare(program, call, "tune",
+              "Find the prior weight alpha of (3.17) that brings the solution nearest to a truth (thesis "
+              "A.7, (A.8)): a scan of\nfive alphas, then the downhill simplex or simulated annealing over "
+              "log(alpha / (1 - alpha)).",
+              run_tune);
+  own.scene.add_scene_to(command);
+  remove_options(command, {"--prior-weight"}); // it is what is looked for
+  own.scene.add_backend_to(command);
+  add_option(command, "--search", own.method, "simplex (Nelder and Mead) or annealing (thesis Alg. 1)")
+      ->check(CLI::IsMember({"simplex", "annealing"}));
+  add_option(command, "--evaluations", own.search.evaluations, "Solutions after the scan, about, at most")
+      ->check(CLI::Range(1, 100000));
+  add_option(command, "--range", own.range, "alpha is sought in low,high (default: 0.01,0.99)")
+      ->delimiter(',')
+      ->expected(2);
+  add_option(command, "--truth", own.truth,
+             "fem (finite elements, plane stress, the scene's Poisson ratio), or a displacement image "
+             "in millimetres");
+  add_option(command, "--mask", own.mask, "Image that is 0 where the truth from a file is not defined");
+}
 
 namespace {
 
@@ -59,11 +181,11 @@ int convert_mesh(MeshArguments& arguments, Call& call) {
   }
   const std::string way =
       by_element ? "shape functions" : fmt::format("nearest node within {} px", arguments.reach);
-  fmt::print("{} nodes, {} elements; {} x {} pixels of {:.6g} from ({:.6g}, {:.6g}) on, by {}\n"
+  fmt::print("{} nodes, {} elements; {} pixels of {:.6g} from ({:.6g}, {:.6g}) on, by {}\n"
              "  {} of {} pixels are defined, {} undefined ones are 0\n  {}: the displacement\n",
-             mesh.nodes.size(), mesh.elements.size(), grid.extent.width, grid.extent.height, grid.pixel,
-             grid.origin_x, grid.origin_y, way, grid.extent.sites() - image.undefined, grid.extent.sites(),
-             image.undefined, arguments.output.string());
+             mesh.nodes.size(), mesh.elements.size(), size_text(grid.extent), grid.pixel, grid.origin_x,
+             grid.origin_y, way, grid.extent.sites() - image.undefined, grid.extent.sites(), image.undefined,
+             arguments.output.string());
   if (!arguments.mask.empty()) {
     fmt::print("  {}: white where it is defined\n", arguments.mask.string());
   }
@@ -81,8 +203,8 @@ int convert_positions(PositionsArguments& arguments, Call& /*call*/) {
   const VectorField displacement = displacements_from_positions(positions.pixels);
   const double spacing = arguments.spacing.value_or(positions.spacing);
   write_displacement(arguments.output, displacement, spacing, positions.placement);
-  fmt::print("{}: {} x {} pixels of {:.4g} mm, largest displacement {:.4g} px\n", arguments.output.string(),
-             displacement.extent.width, displacement.extent.height, spacing, largest_magnitude(displacement));
+  fmt::print("{}: {} pixels of {:.4g} mm, largest displacement {:.4g} px\n", arguments.output.string(),
+             size_text(displacement.extent), spacing, largest_magnitude(displacement));
   return success;
 }
 
@@ -112,9 +234,8 @@ int write_scene(ExportArguments& arguments, Call& /*call*/) {
   const auto images = export_scene(scene, arguments.output);
   names.insert(names.end(), images.begin(), images.end());
   progress.clear();
-  fmt::print("{}, {} x {} pixels of {:.4g} mm: {} files in {}\n  {}\n", scene.title, scene.extent().width,
-             scene.extent().height, scene.spacing, names.size(), arguments.output.string(),
-             fmt::join(names, "\n  "));
+  fmt::print("{}, {} pixels of {:.4g} mm: {} files in {}\n  {}\n", scene.title, size_text(scene.extent()),
+             scene.spacing, names.size(), arguments.output.string(), fmt::join(names, "\n  "));
   fmt::print("\n  hdmbench run {} solves the same problem.\n",
              shell_word((arguments.output / "scene.toml").string()));
   return success;
@@ -132,15 +253,13 @@ struct EnergyArguments {
 
 /// The displacements of the two sites now and where they are drawn to, with some space around.
 std::array<double, 2> range_around(const Level& level, const std::array<std::size_t, 2>& indices,
-                                   std::array<float, 2> here, Component component) {
+                                   std::array<float, 2> here, std::size_t axis) {
   double low = std::min(here[0], here[1]);
   double high = std::max(here[0], here[1]);
-  const auto& target = component == Component::x ? level.target[0] : level.target[1];
-  const auto& confidence = component == Component::x ? level.confidence[0] : level.confidence[1];
   for (const std::size_t site : indices) {
-    if (confidence[site] > 0.0F) {
-      low = std::min(low, double{target[site]});
-      high = std::max(high, double{target[site]});
+    if (level.confidence[axis][site] > 0.0F) {
+      low = std::min(low, double{level.target[axis][site]});
+      high = std::max(high, double{level.target[axis][site]});
     }
   }
   const double margin = std::max(5.0, 0.5 * (high - low));
@@ -169,7 +288,7 @@ int plot(EnergyArguments& arguments, Call& call) {
   const Extent extent = scene.extent();
   EnergyPlaneOptions options{.sites = {SiteIndex{arguments.sites[0], arguments.sites[1]},
                                        SiteIndex{arguments.sites[2], arguments.sites[3]}},
-                             .component = arguments.component == "x" ? Component::x : Component::y,
+                             .axis = arguments.component == "x" ? 0U : 1U,
                              .points = arguments.points};
   const auto output = arguments.output.empty() ? fs::path(scene.name + "-energy.svg") : arguments.output;
   require_writable(output);
@@ -177,14 +296,14 @@ int plot(EnergyArguments& arguments, Call& call) {
   const VectorField displacement = displacement_of(scene, arguments);
   const std::array<std::size_t, 2> indices{extent.index(options.sites[0].x, options.sites[0].y),
                                            extent.index(options.sites[1].x, options.sites[1].y)};
-  const auto& component = options.component == Component::x ? displacement[0] : displacement[1];
+  const std::vector<float>& component = displacement[options.axis];
   const std::array<float, 2> here{component[indices[0]], component[indices[1]]};
-  const auto range = arguments.range.empty() ? range_around(scene.full, indices, here, options.component)
+  const auto range = arguments.range.empty() ? range_around(scene.full, indices, here, options.axis)
                                              : std::array<double, 2>{arguments.range[0], arguments.range[1]};
   options.low = range[0];
   options.high = range[1];
   const EnergyPlane plane = energy_plane(scene.full, displacement, options);
-  const std::string title = fmt::format("{}, {} x {} pixels{}", scene.name, extent.width, extent.height,
+  const std::string title = fmt::format("{}, {} pixels{}", scene.name, size_text(extent),
                                         arguments.at_start ? ", as it starts" : "");
   write_text(output, energy_plot_svg(plane, options, here, title));
   fmt::print("{}\n  {} displacement of the sites {},{} and {},{}, {} x {} values in {:.6g} ... {:.6g} px\n"

@@ -2,11 +2,9 @@
 
 #include "harness/check/cases.hpp"
 #include "harness/check/probe.hpp"
-#include "harness/cli/gates.hpp"
+#include "harness/cli/arguments.hpp"
 #include "harness/ranks/rank_backend.hpp"
 #include "harness/report/ci_files.hpp"
-#include "harness/report/table.hpp"
-#include "harness/scene/method.hpp"
 #include "harness/solve/solve.hpp"
 
 #include <cmath>
@@ -45,15 +43,12 @@ std::vector<Scene> scenes_to_verify(const VerifyArguments& arguments) {
   for (Case one : verify_cases(arguments.quick)) {
     for (const auto& size : one.size ? std::vector{one.size} : sizes) {
       one.size = size;
-      try {
-        Scene scene = load_case(one);
-        if (!scene.energy->is_of_cells()) {
-          arguments.schedule.apply(scene);
-          limit_iterations(scene, one);
+      if (auto scene = load_unless_missing(one.scene, false, [&] { return load_case(one); })) {
+        if (!scene->energy->is_of_cells()) {
+          arguments.schedule.apply(*scene);
+          limit_iterations(*scene, one);
         }
-        scenes.push_back(std::move(scene));
-      } catch (const MissingFile& error) {
-        fmt::print("{} is left out: {}\n", one.scene, error.what());
+        scenes.push_back(std::move(*scene));
       }
     }
   }
@@ -145,8 +140,7 @@ void explain(const Scene& scene, const std::vector<Comparison>& comparisons,
 /// What the comparisons of a scene came to: a row for each backend, and what is to be said of them.
 void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
                  const CommonArguments& arguments) {
-  fmt::print("\n{}, {} x {}, {}", scene.name, scene.extent().width, scene.extent().height,
-             method_name(scene));
+  fmt::print("\n{}, {}, {}", scene.name, size_text(scene.extent()), method_name(scene));
   const auto ran = std::ranges::find_if(
       comparisons, [](const Comparison& comparison) { return comparison.verdict != Verdict::skipped; });
   if (ran != comparisons.end()) {

@@ -271,10 +271,10 @@ private:
     const double spacing = this->GetInput()->GetSpacing()[0];
     hdmbench::VectorField pixels(ExtentOf(field));
     ForEachPixel(field, [&](std::size_t site, const DisplacementType& physical) {
-      const double x = physical[0];
-      const double y = physical[1];
-      pixels[0][site] = static_cast<float>((direction(0, 0) * x + direction(1, 0) * y) / spacing);
-      pixels[1][site] = static_cast<float>((direction(0, 1) * x + direction(1, 1) * y) / spacing);
+      for (unsigned axis = 0; axis < 2; ++axis) {
+        const double along = direction(0, axis) * physical[0] + direction(1, axis) * physical[1];
+        pixels[axis][site] = static_cast<float>(along / spacing);
+      }
     });
     return pixels;
   }
@@ -285,11 +285,12 @@ private:
     const double spacing = this->GetInput()->GetSpacing()[0];
     ImageRegionIterator<DisplacementFieldType> pixel(&field, field.GetLargestPossibleRegion());
     for (std::size_t site = 0; !pixel.IsAtEnd(); ++pixel, ++site) {
-      const double x = displacement[0][site];
-      const double y = displacement[1][site];
       DisplacementType physical;
-      physical[0] = static_cast<ComponentType>((direction(0, 0) * x + direction(0, 1) * y) * spacing);
-      physical[1] = static_cast<ComponentType>((direction(1, 0) * x + direction(1, 1) * y) * spacing);
+      for (unsigned axis = 0; axis < 2; ++axis) {
+        const double along =
+            direction(axis, 0) * displacement[0][site] + direction(axis, 1) * displacement[1][site];
+        physical[axis] = static_cast<ComponentType>(along * spacing);
+      }
       pixel.Set(physical);
     }
   }

@@ -2,6 +2,7 @@
 
 #include "harness/report/published.hpp"
 
+#include <fmt/args.h>
 #include <fmt/format.h>
 #include <published_text.hpp>
 
@@ -53,6 +54,20 @@ std::string grouped(std::int64_t value) {
     digits.insert(static_cast<std::size_t>(at), 1, ',');
   }
   return digits;
+}
+
+std::string row_text(std::string_view format, const json& row) {
+  fmt::dynamic_format_arg_store<fmt::format_context> figures;
+  for (const auto& [key, value] : row.items()) {
+    if (value.is_string()) {
+      figures.push_back(fmt::arg(key.c_str(), value.get<std::string>()));
+    } else if (value.is_number_float()) {
+      figures.push_back(fmt::arg(key.c_str(), value.get<double>()));
+    } else if (value.is_number()) {
+      figures.push_back(fmt::arg(key.c_str(), value.get<std::int64_t>()));
+    }
+  }
+  return fmt::vformat(format, figures);
 }
 
 json value_of(const json& row, std::string_view key) {

@@ -15,6 +15,9 @@ namespace hdmbench {
 /// row has no such key.
 [[nodiscard]] nlohmann::json value_of(const nlohmann::json& row, std::string_view key);
 
+/// The format with the numbers and words of a row in place of their keys: "{backend}: {seconds:.3g} s".
+[[nodiscard]] std::string row_text(std::string_view format, const nlohmann::json& row);
+
 /// Rows as lines that end in a newline, each indented by two spaces: words to the left; numbers to the right,
 /// with four digits or, where they are whole, in groups of three. `columns` are keys of the rows,
 /// "scene|plan.met:met", with a title behind a colon where the key in words is none. A column without a value

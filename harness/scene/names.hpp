@@ -1,12 +1,37 @@
 #pragma once
 
+#include "kernels/data/field.hpp"
+
 #include <algorithm>
+#include <charconv>
 #include <cstddef>
+#include <functional>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
 namespace hdmbench {
+
+/// "257 x 130", or of a volume "64 x 48 x 32".
+[[nodiscard]] inline std::string size_text(Extent extent) {
+  const std::string plane = std::to_string(extent.width) + " x " + std::to_string(extent.height);
+  return extent.depth > 1 ? plane + " x " + std::to_string(extent.depth) : plane;
+}
+
+/// Whether a member of the range, or what `of` says of it, is `value`.
+template <typename Range, typename Value, typename Of = std::identity>
+[[nodiscard]] bool contains(const Range& range, const Value& value, Of of = {}) {
+  return std::ranges::find(range, value, of) != std::ranges::end(range);
+}
+
+/// The whole of a text as a number, which may be NaN or infinite; none where it is none.
+template <typename Number>
+[[nodiscard]] std::optional<Number> number_of(std::string_view text) {
+  Number value{};
+  const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
+  return error == std::errc{} && end == text.data() + text.size() ? std::optional(value) : std::nullopt;
+}
 
 /// The texts of a range with `separator` between them. (fmt::join trips g++ 12's -Wstringop-overflow.)
 template <typename Texts>

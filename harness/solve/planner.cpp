@@ -1,9 +1,9 @@
 #include "harness/solve/planner.hpp"
 
 #include "harness/scene/method.hpp"
+#include "harness/scene/names.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
-#include "harness/solve/methods/sampled_image.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
@@ -13,15 +13,217 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <string_view>
-#include <utility>
 
 namespace hdmbench {
 
 namespace {
+
+/// First and last sites coincide on all sampled images: conditions are on borders.
+constexpr Alignment alignment = Alignment::corner;
+
+/// What became of observed components when they were put on their targets.
+struct Imposed {
+  double squares = 0.0;             ///< of the gaps, pixels^2
+  std::size_t count = 0;            ///< components
+  float largest_unknown_gap = 0.0F; ///< pixels
+  bool has_springs = false;         ///< a confidence is below 1
+};
+
+/// The pixels of an axis that a sampled site stands for: first ... last, of the outer two a part only.
+struct Share {
+  int first = 0;
+  int last = 0;
+  float of_first = 1.0F;
+  float of_last = 1.0F;
+
+  [[nodiscard]] float of(int pixel) const {
+    return pixel == first ? of_first : pixel == last ? of_last : 1.0F;
+  }
+  [[nodiscard]] float length() const {
+    return first == last ? of_first : of_first + of_last + static_cast<float>(last - first - 1);
+  }
+};
+
+std::vector<Share> shares(int sites, int pixels) {
+  const double cell = static_cast<double>(pixels - 1) / std::max(sites - 1, 1);
+  std::vector<Share> result;
+  for (int i = 0; i < sites; ++i) { // pixel p covers p - 0.5 ... p + 0.5
+    const double from = std::max(i * cell - 0.5 * cell, -0.5);
+    const double to = std::min((i + 1) * cell - 0.5 * cell, pixels - 0.5);
+    Share share{.first = static_cast<int>(std::floor(from + 0.5)),
+                .last = static_cast<int>(std::ceil(to - 0.5))};
+    share.of_first = static_cast<float>(std::min(share.first + 0.5, to) - from);
+    share.of_last = static_cast<float>(to - (share.last - 0.5));
+    result.push_back(share);
+  }
+  return result;
+}
+
+/// Means of the moduli of the pixels around each site of a sampled image, by the share of each pixel in the
+/// area that the site stands for. An interface has its place in them to a fraction of a pixel, and a layer
+/// thinner than a cell its share.
+struct BlockModuli {
+  ScalarField mean;         ///< MPa: of layers that are strained side by side
+  ScalarField inverse_mean; ///< 1/MPa, of 1 / m: of layers that are loaded one after the other
+};
+
+/// Of an image with these moduli, or of a sampled one with these means.
+BlockModuli block_moduli(const ScalarField& modulus, const ScalarField& inverse_modulus, Extent sampled) {
+  const Extent full = modulus.extent;
+  const std::vector<Share> columns = shares(sampled.width, full.width);
+  const std::vector<Share> rows = shares(sampled.height, full.height);
+  BlockModuli result{.mean = ScalarField(sampled), .inverse_mean = ScalarField(sampled)};
+  const auto width = static_cast<std::size_t>(full.width);
+#pragma omp parallel if (full.sites() > sites_worth_threads)
+  {
+    std::vector<float> sums(width);
+#pragma omp for schedule(static)
+    for (int y = 0; y < sampled.height; ++y) {
+      const Share& row = rows[static_cast<std::size_t>(y)];
+      const auto average = [&](const std::vector<float>& from, float* to) {
+        std::ranges::fill(sums, 0.0F);
+        for (int v = row.first; v <= row.last; ++v) {
+          const float* values = from.data() + full.index(0, v);
+          const float share = row.of(v);
+#pragma omp simd
+          for (std::size_t u = 0; u < width; ++u) {
+            sums[u] += share * values[u];
+          }
+        }
+        for (const Share& column : columns) {
+          float sum = 0.0F;
+          for (int u = column.first; u <= column.last; ++u) {
+            sum += column.of(u) * sums[static_cast<std::size_t>(u)];
+          }
+          *to++ = sum / (row.length() * column.length());
+        }
+      };
+      average(modulus.values, result.mean.values.data() + sampled.index(0, y));
+      average(inverse_modulus.values, result.inverse_mean.values.data() + sampled.index(0, y));
+    }
+  }
+  return result;
+}
+
+/// The upper over the lower bound, where it is the largest: 1 where no site stands for more than one modulus.
+double largest_mixture(const BlockModuli& blocks) {
+  const std::vector<float>& upper = blocks.mean.values;
+  const std::vector<float>& inverse_lower = blocks.inverse_mean.values;
+  float largest = 1.0F;
+#pragma omp simd reduction(max : largest)
+  for (std::size_t i = 0; i < upper.size(); ++i) {
+    largest = std::max(largest, upper[i] * inverse_lower[i]);
+  }
+  return static_cast<double>(largest);
+}
+
+/// Half and half of moduli a hundred times apart have such a mixture. With more, what a stiff fibre is
+/// fastened to decides, and a sampled image cannot know that.
+constexpr double most_mixed = 25.0;
+
+/// Which modulus between the two bounds a site of a sampled image has.
+enum class BlockMean {
+  geometric,  ///< of the bounds: the nearest to the truth where tissues meet
+  arithmetic, ///< the upper bound: it keeps thin fibres and loses thin cuts
+};
+
+/// Conditions of `full` at the sampled sites and its moduli by blocks.
+Level sampled_image(const Level& full, const BlockModuli& blocks, BlockMean mean) {
+  Level level = sample_level(full, blocks.mean.extent, alignment);
+  level.modulus = blocks.mean;
+  if (mean == BlockMean::geometric) {
+    std::ranges::transform(blocks.mean.values, blocks.inverse_mean.values, level.modulus.values.begin(),
+                           [](float upper, float inverse_lower) { return std::sqrt(upper / inverse_lower); });
+  }
+  set_inverse_modulus(level);
+  return level;
+}
+
+/// What the cells of a sampled image cost, pixels: differences between ever finer ones fall like a geometric
+/// series, and this is what is left of it. `moved`: the last difference; `moved_before`: the one before it, 0
+/// where there was none.
+double error_of_cells(double moved, double moved_before) {
+  const double ratio = moved_before > 0.0 ? std::clamp(moved / moved_before, 0.5, 0.8) : 0.5;
+  return moved * ratio / (1.0 - ratio);
+}
+
+/// Of an image that samples `full` at about every stride-th pixel of both axes, so that its cells stay
+/// squares; first and last sites coincide. stride >= 1.
+Extent sampled_extent(Extent full, int stride) {
+  const auto sites = [&](int of) { return (of - 1 + stride / 2) / stride + 1; };
+  return {sites(full.width), sites(full.height)};
+}
+
+/// A coarse displacement on the full image.
+struct Interpolated {
+  VectorField field;                ///< pixels; components with a confidence above 0 are on their targets
+  double gap = 0.0;                 ///< pixels: RMS of the way of those components to their targets
+  double largest_unknown_gap = 0.0; ///< of those with no observed component at the four coarse sites around
+  bool has_springs = false;         ///< such a component has a confidence below 1
+};
+
+/// `sampled`: the conditions that the coarse displacement knew.
+Interpolated interpolate_to_image(const VectorField& coarse, const Level& sampled, const Level& full) {
+  const Extent extent = full.extent;
+  const Extent sites = coarse.extent;
+  const Projection projection({coarse[0].data(), coarse[1].data()}, sites, extent, alignment);
+  const std::vector<Interpolation> columns = interpolations(sites.width, extent.width, alignment);
+  const std::vector<Interpolation> rows = interpolations(sites.height, extent.height, alignment);
+  Interpolated result;
+  result.field.extent = extent;
+#pragma omp parallel for if (extent.sites() >                                                                \
+                             sites_worth_threads) // to fill them with 0 takes a third of the time
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    result.field[axis].resize(extent.sites());
+  }
+  std::vector<Imposed> of_rows(rows.size()); // added up in their order, so that threads do not change the sum
+#pragma omp parallel if (extent.sites() > sites_worth_threads)
+  {
+    Projection::CoarseRows coarse_rows;
+#pragma omp for schedule(static)
+    for (int y = 0; y < extent.height; ++y) {
+      Imposed& own = of_rows[static_cast<std::size_t>(y)];
+      const Interpolation& row = rows[static_cast<std::size_t>(y)];
+      projection.row(y, coarse_rows, {result.field[0].data(), result.field[1].data()});
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        const auto is_known = [&](int column) {
+          return sampled.confidence[axis][sites.index(column, row.first)] > 0.0F ||
+                 sampled.confidence[axis][sites.index(column, row.second)] > 0.0F;
+        };
+        for (std::size_t x = 0; x < columns.size(); ++x) {
+          const std::size_t site = extent.index(0, y) + x;
+          const float confidence = full.confidence[axis][site];
+          if (!(confidence > 0.0F)) {
+            continue;
+          }
+          const float gap = std::abs(full.target[axis][site] - result.field[axis][site]);
+          own.squares += static_cast<double>(gap) * static_cast<double>(gap);
+          ++own.count;
+          own.has_springs = own.has_springs || confidence < 1.0F;
+          if (!is_known(columns[x].first) && !is_known(columns[x].second)) {
+            own.largest_unknown_gap = std::max(own.largest_unknown_gap, gap);
+          }
+          result.field[axis][site] = full.target[axis][site];
+        }
+      }
+    }
+  }
+  Imposed imposed;
+  for (const Imposed& row : of_rows) {
+    imposed.squares += row.squares;
+    imposed.count += row.count;
+    imposed.largest_unknown_gap = std::max(imposed.largest_unknown_gap, row.largest_unknown_gap);
+    imposed.has_springs = imposed.has_springs || row.has_springs;
+  }
+  if (imposed.count > 0) {
+    result.gap = std::sqrt(2.0 * imposed.squares / static_cast<double>(imposed.count)); // two a site
+  }
+  result.largest_unknown_gap = static_cast<double>(imposed.largest_unknown_gap);
+  result.has_springs = imposed.has_springs;
+  return result;
+}
 
 /// Thin stiff layers take most: 37 at a contrast of 1000 to 1e-4 px.
 constexpr int most_steps = 100;
@@ -47,9 +249,6 @@ std::vector<Extent> sampled_extents(Extent full) {
     extents.push_back(extent);
   }
 }
-
-/// First and last sites coincide on all sampled images: conditions are on borders.
-constexpr Alignment alignment = Alignment::corner;
 
 /// Indices spread evenly over a fine axis, both ends among them, each with that which stands for it on the
 /// coarse one.
@@ -137,8 +336,7 @@ private:
                            .moved = moved,
                            .expected_error = error,
                            .seconds = clock_.seconds()});
-    progress_.describe(
-        fmt::format("{} {} x {}: {}", scene_.name, extent.width, extent.height, plan_.steps.back().action));
+    progress_.describe(fmt::format("{} {}: {}", scene_.name, size_text(extent), plan_.steps.back().action));
   }
 
   void add_work(const ElasticSolver& solver) {
@@ -169,8 +367,7 @@ private:
     }
     // One coarser than that says how fast differences fall, and blocks of moduli show more than sites.
     const std::size_t start = std::min(fair + 1, extents_.size() - 1);
-    const BlockModuli finest =
-        block_moduli(scene_.full.modulus, scene_.full.inverse_modulus, extents_[1], alignment);
+    const BlockModuli finest = block_moduli(scene_.full.modulus, scene_.full.inverse_modulus, extents_[1]);
     if (largest_mixture(finest) > most_mixed) {
       return false;
     }
@@ -178,9 +375,8 @@ private:
     double moved_before = 0.0;
     for (std::size_t at = start; at > 0; --at) {
       const Extent extent = extents_[at];
-      Sampled now{.blocks =
-                      at == 1 ? finest : block_moduli(finest.mean, finest.inverse_mean, extent, alignment)};
-      now.level = sampled_image(scene_.full, now.blocks, BlockMean::geometric, alignment);
+      Sampled now{.blocks = at == 1 ? finest : block_moduli(finest.mean, finest.inverse_mean, extent)};
+      now.level = sampled_image(scene_.full, now.blocks, BlockMean::geometric);
       if (has_springs(now.level)) {
         return false; // a sampled spring would stand for as many as there are pixels a cell
       }
@@ -221,7 +417,7 @@ private:
   /// An error with what the field owes to layers that are thinner than the cells of a sampled image.
   double with_hidden(double error, const Sampled& sampled) {
     const double hidden = rms_difference(
-        solve(sampled_image(scene_.full, sampled.blocks, BlockMean::arithmetic, alignment)), sampled.field);
+        solve(sampled_image(scene_.full, sampled.blocks, BlockMean::arithmetic)), sampled.field);
     const double in_all = std::hypot(error, hidden);
     note(sampled.level.extent, "upper moduli", "how much depends on what is thinner than a cell", hidden,
          in_all);
@@ -252,11 +448,13 @@ private:
   /// False where the image has conditions that the sampled one does not know and that matter.
   bool take_interpolation(const Sampled& sampled, double error, bool no_time) {
     require_held(scene_.full);
-    Interpolated interpolated = interpolate_to_image(sampled.field, sampled.level, scene_.full, alignment);
+    Interpolated interpolated = interpolate_to_image(sampled.field, sampled.level, scene_.full);
     if (interpolated.has_springs) {
       return false;
     }
-    const double in_all = interpolated.error(error);
+    // Beside an outline the cells' size is in both; a condition between the sites is news, but only around
+    // it.
+    const double in_all = std::hypot(error, 0.5 * interpolated.gap, 0.25 * interpolated.largest_unknown_gap);
     if (!no_time && !is_accurate(in_all)) {
       return false;
     }

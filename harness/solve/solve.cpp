@@ -6,85 +6,49 @@
 
 #include <fmt/format.h>
 
-#include <algorithm>
 #include <cmath>
 #include <limits>
-#include <utility>
 
 namespace hdmbench {
 
 namespace {
 
-/// A session, the schedule that it follows and the seconds it takes.
-class LevelSolver {
-public:
-  LevelSolver(Session& session, const Schedule& schedule, Timings& timings)
-      : session_(session), schedule_(schedule), timings_(timings) {}
-
-  /// From `begin`, at most `limit` iterations. Returns the number of iterations.
-  int solve(const Level& level, const VectorField& begin, int limit, VectorField& displacement) {
-    {
-      const Stopwatch watch(timings_.upload);
-      session_.load(level);
-      session_.write(begin);
-    }
-    int iterations = limit;
-    if (schedule_.stop == Stop::fixed) {
-      const Stopwatch watch(timings_.compute);
-      session_.step(limit * sweeps_per_iteration(level));
-    } else {
-      iterations = step_until_stopped(level, limit);
-    }
-    const Stopwatch watch(timings_.readback);
-    session_.read(displacement);
-    return iterations;
-  }
-
-private:
-  /// One iteration at a time, until the rule says stop.
-  int step_until_stopped(const Level& level, int limit) {
-    StopRule rule(schedule_, limit);
-    VectorField displacement;
-    int iterations = 0;
-    while (rule.may_continue(iterations)) {
-      std::int64_t changed = 0;
-      {
-        const Stopwatch watch(timings_.compute);
-        for (int sweep = 0; sweep < sweeps_per_iteration(level); ++sweep) {
-          session_.step(1);
-          changed += session_.changed();
-        }
-        ++iterations;
+/// Follows the schedule from `begin`, at most `limit` iterations. Returns the number of iterations.
+int solve_level(const Level& level, const VectorField& begin, int limit, const Schedule& schedule,
+                Session& session, VectorField& displacement, Timings& timings) {
+  timed(timings.upload, [&] {
+    session.load(level);
+    session.write(begin);
+  });
+  const int sweeps = sweeps_per_iteration(level);
+  int iterations = schedule.stop == Stop::fixed ? limit : 0;
+  timed(timings.compute, [&] { session.step(iterations * sweeps); });
+  for (StopRule rule(schedule, limit); rule.may_continue(iterations); ++iterations) {
+    std::int64_t changed = 0;
+    timed(timings.compute, [&] {
+      for (int sweep = 0; sweep < sweeps; ++sweep) {
+        session.step(1);
+        changed += session.changed();
       }
-      if (rule.needs_field()) {
-        const Stopwatch watch(timings_.readback);
-        session_.read(displacement);
-      }
-      rule.report(changed, level, displacement);
+    });
+    if (rule.needs_field()) {
+      timed(timings.readback, [&] { session.read(displacement); });
     }
-    return iterations;
+    rule.report(changed, level, displacement);
   }
-
-  Session& session_;
-  const Schedule& schedule_;
-  Timings& timings_;
-};
+  timed(timings.readback, [&] { session.read(displacement); });
+  return iterations;
+}
 
 /// All levels in one call of the session.
 Solution solve_in_one_piece(const LevelSequence& levels, const Pyramid& pyramid, Session& session,
                             Progress& progress) {
   Solution solution;
-  {
-    const Stopwatch watch(solution.timings.upload);
-    session.load(pyramid);
-  }
-  {
-    const Stopwatch watch(solution.timings.compute);
-    const double sweeps = sweeps_per_iteration(*pyramid.full);
-    session.solve([&](double site_updates) { progress.advance(site_updates / sweeps); });
-  }
-  const Stopwatch watch(solution.timings.readback);
-  session.read(solution.displacement);
+  const double sweeps = sweeps_per_iteration(*pyramid.full);
+  timed(solution.timings.upload, [&] { session.load(pyramid); });
+  timed(solution.timings.compute,
+        [&] { session.solve([&](double site_updates) { progress.advance(site_updates / sweeps); }); });
+  timed(solution.timings.readback, [&] { session.read(solution.displacement); });
   for (const int level : levels.order()) {
     solution.levels.push_back(
         {.level = level, .extent = levels.extent(level), .iterations = levels.iterations(level)});
@@ -107,7 +71,9 @@ Solution solve(const Scene& scene, Session& session, Progress& progress, const S
     return solve_in_one_piece(levels, *pyramid, session, progress);
   }
   Solution solution;
-  LevelSolver solver(session, scene.schedule, solution.timings);
+  const auto solve_from = [&](const VectorField& begin, const Level& level, int limit) {
+    return solve_level(level, begin, limit, scene.schedule, session, solution.displacement, solution.timings);
+  };
   for (const int index : levels.order()) {
     const auto [level, begin] = timed(solution.timings.projection, [&] {
       return std::pair<const Level&, VectorField>(levels.sample(index),
@@ -115,13 +81,12 @@ Solution solve(const Scene& scene, Session& session, Progress& progress, const S
     });
     const int limit = levels.iterations(index);
     LevelResult result{.level = index, .extent = level.extent};
-    result.iterations = solver.solve(level, begin, limit, solution.displacement);
+    result.iterations = solve_from(begin, level, limit);
     result.repeated = timed(solution.timings.projection, [&, &from = begin, &of = level] {
       return has_diverged(of, from, solution.displacement);
     });
     if (result.repeated) {
-      result.iterations +=
-          solver.solve(levels.sample_without_acceleration(index), begin, limit, solution.displacement);
+      result.iterations += solve_from(begin, levels.sample_without_acceleration(index), limit);
     }
     if (options.last_changed) {
       result.changed = session.changed();
@@ -153,10 +118,12 @@ std::string why_absurd(const Scene& scene, const VectorField& field) {
   }
   const Level& full = scene.full;
   double given = scene.start ? largest_component(*scene.start) : 0.0; // what drives a field, pixels
-  for (std::size_t i = 0; i < full.extent.sites(); ++i) {
-    given = std::max({given,
-                      full.confidence[0][i] > 0.0F ? std::abs(static_cast<double>(full.target[0][i])) : 0.0,
-                      full.confidence[1][i] > 0.0F ? std::abs(static_cast<double>(full.target[1][i])) : 0.0});
+  for (std::size_t axis = 0; axis < full.extent.axes(); ++axis) {
+    for (std::size_t i = 0; i < full.extent.sites(); ++i) {
+      if (full.confidence[axis][i] > 0.0F) {
+        given = std::max(given, std::abs(static_cast<double>(full.target[axis][i])));
+      }
+    }
   }
   const double sides = static_cast<double>(full.extent.width) + static_cast<double>(full.extent.height);
   const bool is_absurd = found > 100.0 * sides * std::max(given, 1.0);

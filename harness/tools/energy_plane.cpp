@@ -1,17 +1,13 @@
-#include "harness/tools/energy_plane.hpp"
+#include "harness/tools/thesis_tools.hpp"
 
 #include "harness/report/html.hpp"
-#include "harness/scene/sites.hpp"
+#include "harness/scene/names.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/thesis_energy.hpp"
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstddef>
-#include <string_view>
 
 namespace hdmbench {
 
@@ -76,8 +72,8 @@ std::string words(double x, double y, std::string_view text) {
 void require_sites(const std::array<SiteIndex, 2>& sites, Extent extent) {
   for (const SiteIndex site : sites) {
     if (site.x < 0 || site.x >= extent.width || site.y < 0 || site.y >= extent.height) {
-      throw InputError(fmt::format("there is no site {},{} in an image of {} x {} pixels", site.x, site.y,
-                                   extent.width, extent.height));
+      throw InputError(
+          fmt::format("there is no site {},{} in an image of {} pixels", site.x, site.y, size_text(extent)));
     }
   }
   if (sites[0] == sites[1]) {
@@ -117,7 +113,7 @@ EnergyPlane energy_plane(const Level& level, VectorField displacement, const Ene
     plane.values.push_back(
         static_cast<float>(std::lerp(options.low, options.high, double(i) / (options.points - 1))));
   }
-  auto& component = options.component == Component::x ? displacement[0] : displacement[1];
+  std::vector<float>& component = displacement[options.axis];
   float& first = component[level.extent.index(options.sites[0].x, options.sites[0].y)];
   float& second = component[level.extent.index(options.sites[1].x, options.sites[1].y)];
   plane.energy.reserve(plane.values.size() * plane.values.size());
@@ -157,8 +153,7 @@ std::string energy_plot_svg(const EnergyPlane& plane, const EnergyPlaneOptions& 
                      : std::string();
   };
   const auto axis = [&](SiteIndex site) {
-    return fmt::format("{} displacement of site {},{} [px]", options.component == Component::x ? 'x' : 'y',
-                       site.x, site.y);
+    return fmt::format("{} displacement of site {},{} [px]", "xy"[options.axis], site.x, site.y);
   };
   std::string svg = fmt::format(
       "<?xml version=\"1.0\" encoding=\"utf-8\"?>\n"

@@ -1,14 +1,12 @@
-#include "harness/tools/export_scene.hpp"
+#include "harness/tools/thesis_tools.hpp"
 
 #include "harness/check/compare.hpp"
 #include "harness/scene/files.hpp"
-#include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 
 #include <fmt/format.h>
 #include <toml++/toml.h>
 
-#include <algorithm>
 #include <sstream>
 
 namespace hdmbench {

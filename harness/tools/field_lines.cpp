@@ -1,14 +1,13 @@
 #include "harness/tools/field_lines.hpp"
 
 #include "harness/scene/files.hpp"
+#include "harness/scene/names.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <charconv>
 #include <cmath>
-#include <optional>
 
 namespace hdmbench {
 
@@ -22,16 +21,9 @@ std::string_view trimmed(std::string_view text) {
                                          : text.substr(first, text.find_last_not_of(white_space) - first + 1);
 }
 
-/// The whole of `text` as a number; NaN and infinity count as numbers.
 template <typename Number>
 std::optional<Number> parse(std::string_view text) {
-  if (text.starts_with('+')) {
-    text.remove_prefix(1);
-  }
-  Number value{};
-  const auto result = std::from_chars(text.data(), text.data() + text.size(), value);
-  const bool whole = result.ec == std::errc{} && result.ptr == text.data() + text.size();
-  return whole ? std::optional(value) : std::nullopt;
+  return number_of<Number>(text.substr(text.starts_with('+') ? 1 : 0));
 }
 
 } // namespace

@@ -1,19 +1,14 @@
-#include "harness/tools/mesh_image.hpp"
+#include "harness/tools/thesis_tools.hpp"
 
-#include "harness/scene/sites.hpp"
+#include "harness/scene/names.hpp"
 #include "harness/tools/field_lines.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
-#include <optional>
-#include <span>
 #include <unordered_map>
-#include <vector>
 
 namespace hdmbench {
 
@@ -276,9 +271,9 @@ PixelGrid grid_over(const Mesh& mesh, Extent extent) {
   const double pixel =
       std::max(needed(right.x - left.x, extent.width), needed(bottom.y - top.y, extent.height));
   if (!(pixel > 0.0) || !std::isfinite(pixel)) {
-    throw InputError(fmt::format("an image of {} x {} pixels cannot be laid over nodes from ({}, {}) to ({}, "
+    throw InputError(fmt::format("an image of {} pixels cannot be laid over nodes from ({}, {}) to ({}, "
                                  "{}); say where with an origin and a pixel size",
-                                 extent.width, extent.height, left.x, top.y, right.x, bottom.y));
+                                 size_text(extent), left.x, top.y, right.x, bottom.y));
   }
   return {.extent = extent,
           .origin_x = 0.5 * (left.x + right.x - pixel * (extent.width - 1)),

@@ -1,15 +1,12 @@
-#include "harness/tools/positions.hpp"
+#include "harness/tools/thesis_tools.hpp"
 
 #include "harness/scene/files.hpp"
-#include "harness/scene/sites.hpp"
+#include "harness/scene/names.hpp"
 #include "harness/tools/field_lines.hpp"
 #include "kernels/data/input_error.hpp"
-#include "kernels/data/level.hpp"
 
 #include <fmt/format.h>
 
-#include <array>
-#include <charconv>
 #include <fstream>
 
 namespace hdmbench {
@@ -32,13 +29,11 @@ int read_side(FieldLines& lines, std::string_view key) {
   if (!lines.next()) {
     lines.fail_file(fmt::format("ends before the line {}=...", key));
   }
-  int side = 0;
   const std::string_view text = lines.fields().front();
   const std::string start = fmt::format("{}=", key);
   if (lines.fields().size() == 1 && text.starts_with(start)) {
-    const auto result = std::from_chars(text.data() + start.size(), text.data() + text.size(), side);
-    if (result.ec == std::errc{} && result.ptr == text.data() + text.size() && side >= 1) {
-      return side;
+    if (const auto side = number_of<int>(text.substr(start.size())); side.value_or(0) >= 1) {
+      return *side;
     }
   }
   lines.fail(fmt::format("{}=... with a whole number from 1 on is expected, not \"{}\"", key, text));
@@ -75,8 +70,8 @@ VectorField read_text(const std::filesystem::path& file) {
   extent.height = read_side(lines, "Height");
   constexpr std::size_t least_bytes = 4; // a digit and a separator for x and for y
   if (extent.sites() > lines.size() / least_bytes + 1) {
-    lines.fail_file(fmt::format("promises {} x {} pixels, which its {} bytes cannot hold", extent.width,
-                                extent.height, lines.size()));
+    lines.fail_file(
+        fmt::format("promises {} pixels, which its {} bytes cannot hold", size_text(extent), lines.size()));
   }
   VectorField positions;
   positions.extent = extent;

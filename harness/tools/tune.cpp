@@ -1,11 +1,9 @@
-#include "harness/tools/tune.hpp"
+#include "harness/tools/thesis_tools.hpp"
 
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
-#include <algorithm>
-#include <array>
 #include <cmath>
 #include <map>
 #include <random>

@@ -7,8 +7,7 @@
 #include "harness/report/results.hpp"
 #include "harness/scene/files.hpp"
 #include "harness/scene/scene.hpp"
-#include "harness/tools/mesh_image.hpp"
-#include "harness/tools/positions.hpp"
+#include "harness/tools/thesis_tools.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>

@@ -1,8 +1,8 @@
 #include "harness/judge/registration/rivals.hpp"
 
 #include "harness/applications/detection.hpp"
-#include "harness/applications/iterated_registration.hpp"
 #include "harness/applications/picture.hpp"
+#include "harness/applications/registration.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/scene/sites.hpp"

@@ -1,8 +1,6 @@
 #include "harness/judge/registration/ways.hpp"
 
-#include "harness/applications/conventional_registration.hpp"
-#include "harness/applications/iterated_registration.hpp"
-#include "harness/applications/physical_registration.hpp"
+#include "harness/applications/registration.hpp"
 #include "harness/scene/method.hpp"
 
 #include <fmt/format.h>

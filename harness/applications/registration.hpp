@@ -1,14 +1,48 @@
 #pragma once
 
+#include "backends/backend.hpp"
 #include "backends/shared/elastic_session.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/solve/progress.hpp"
+#include "harness/solve/solve.hpp"
+#include "kernels/data/field.hpp"
 
 #include <optional>
 #include <string>
 #include <vector>
 
 namespace hdmbench {
+
+struct ConventionalRegistration {
+  VectorField displacement; ///< pixels; tissue at x of the source is at x + d(x) of the target
+  double seconds = 0.0;
+};
+
+/// Finds d with target(x + d(x)) = source(x) as people do: Mattes mutual information, its gradient made
+/// smooth by cubic B-splines, by ITK. Knows nothing of materials: where the source has no texture d is only
+/// smooth. One thread, every pixel a sample: the same bits each time. Where `unseen` is not 0 it does not
+/// look; empty: everywhere. Advances `progress` by 1. Throws InputError as require_pair does, where ITK gives
+/// up, or the build has no ITK.
+[[nodiscard]] ConventionalRegistration register_conventionally(const ScalarField& source,
+                                                               const ScalarField& target,
+                                                               const ScalarField& unseen, Progress& progress);
+
+/// How far a registration is to be believed, per site and component, 0 ... 1. Two things speak for it: the
+/// gradients of the source around, along that component, against what noise alone would make (structure
+/// tensor), and that the pictures look the same after it. 0 where `unseen` is not 0: the region of interest.
+/// Below 1 everywhere: nothing that was measured is certain.
+[[nodiscard]] VectorField confidence_of(const ScalarField& source, const ScalarField& target,
+                                        const VectorField& displacement, const ScalarField& unseen);
+
+/// Thesis Algorithm 5: `displacement` of a conventional registration, believed where it deserves it
+/// (confidence_of), is what is observed; the scene's moduli, its energy and its method decide about the rest.
+/// Where the pictures do not match inside `unseen` (the region) its moduli count less.
+/// Returns the solution and, in `confidence`, what was believed. Throws what Solver throws.
+[[nodiscard]] Solution make_physical(const ScalarField& source, const ScalarField& target,
+                                     const VectorField& displacement, const ScalarField& unseen,
+                                     const Scene& scene, const Backend& backend,
+                                     const SessionOptions& session, VectorField& confidence,
+                                     Progress& progress);
 
 struct IteratedOptions {
   int levels = 5;         ///< of the pictures, from coarse to fine, each twice the size of the one before
