@@ -1,3 +1,5 @@
+// The tools of the thesis's appendix A.
+
 #include "harness/tools/thesis_tools.hpp"
 
 #include "harness/check/compare.hpp"

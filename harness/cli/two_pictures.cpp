@@ -1,0 +1,530 @@
+// The commands that compare two pictures: register and detect.
+
+#include "harness/applications/detection.hpp"
+#include "harness/applications/picture.hpp"
+#include "harness/applications/registration.hpp"
+#include "harness/check/compare.hpp"
+#include "harness/cli/arguments.hpp"
+#include "harness/judge/diagnosis/diagnosis.hpp"
+#include "harness/judge/registration/ways.hpp"
+#include "harness/scene/images/images.hpp"
+
+#include <cmath>
+
+namespace hdmbench {
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Detection, noise, unexplained_before, unexplained, largest, x, y, radius,
+                                   contrast, position_deviation, contrast_deviation)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Similarity, mean_squares, correlation, mutual_information)
+} // namespace hdmbench
+
+namespace hdmbench::commands {
+
+namespace {
+
+namespace fs = std::filesystem;
+
+constexpr double same_spacing = 0.01; // of a pixel: rounding in file headers
+
+void require_same(const fs::path& file, Extent extent, double spacing, const Scene& scene) {
+  if (extent != scene.extent()) {
+    throw InputError(fmt::format("{} is {} pixels, the scene {} is {}; crop or resample one of them",
+                                 file.string(), size_text(extent), scene.name, size_text(scene.extent())));
+  }
+  if (std::abs(spacing - scene.spacing) > same_spacing * scene.spacing) {
+    throw InputError(
+        fmt::format("{} has pixels of {:.4g} mm, the scene {} of {:.4g} mm; resample one of them",
+                    file.string(), spacing, scene.name, scene.spacing));
+  }
+}
+
+/// PNG and JPEG say nothing about millimetres.
+bool has_no_spacing(const fs::path& file) {
+  const std::string extension = file.extension().string();
+  return extension == ".png" || extension == ".jpg" || extension == ".jpeg";
+}
+
+/// It lies where its file says, or else where the scene does.
+Image<ScalarField> read_picture(const fs::path& file, const Scene& scene) {
+  Image<ScalarField> image = read_scalar(file);
+  if (has_no_spacing(file)) {
+    image.spacing = scene.spacing;
+    image.placement = scene.placement;
+  }
+  require_same(file, image.pixels.extent, image.spacing, scene);
+  return image;
+}
+
+/// Bright parts of both somewhere at the same place.
+void require_overlap(const ScalarField& source, const ScalarField& target) {
+  const auto bright_of = [](const ScalarField& picture) {
+    const auto [low, high] = std::ranges::minmax(picture.values);
+    return low + 0.2F * (high - low);
+  };
+  const float bright_source = bright_of(source);
+  const float bright_target = bright_of(target);
+  for (std::size_t site = 0; site < source.values.size(); ++site) {
+    if (source.values[site] > bright_source && target.values[site] > bright_target) {
+      return;
+    }
+  }
+  throw InputError("registration: the two pictures do not overlap, nothing bright is at one place in both; "
+                   "align them first");
+}
+
+/// Two pictures and what is known of them.
+struct PictureData {
+  Scene scene;
+  ScalarField source; ///< gray values of both 0 ... 255, on one scale
+  ScalarField target;
+  ScalarField region;    ///< not 0: of interest; empty where none was asked for
+  Placement placement{}; ///< of the source; the scene's where the file cannot say
+};
+
+/// Arguments of the commands that compare two pictures.
+struct PairArguments {
+  fs::path source;
+  fs::path target;
+  fs::path region; ///< empty: none
+  fs::path output = "hdmbench-output";
+  SceneArguments scene;
+
+  /// `detects`: then a region is required, and there is one way to solve.
+  void add_to(CLI::App& command, Call& call, bool detects) {
+    add_option(command, "source", source, "The picture before, as the scene's labels have it")->required();
+    add_option(command, "target", target, "The picture after, of the same size and spacing")->required();
+    add_option(command, "--scene", scene.scene,
+               "Scene by name or TOML file: labels of the source, moduli, energy")
+        ->required();
+    add_option(command, "--roi", region,
+               "Mask of the region of interest, not 0 inside: there the pictures are not believed")
+        ->required(detects);
+    add_option(command, "--size", scene.size, "Size of the scene: 300 (square) or 257x130");
+    scene.add_orientation_to(command);
+    scene.schedule.takes_energy = true;
+    if (!detects) {
+      scene.schedule.add_to(command);
+    }
+    scene.add_backend_to(command);
+    add_output_folder(command, output);
+    add_json(command, call);
+  }
+
+  /// Throws InputError where the two, the scene and the region do not belong together: other sizes or
+  /// spacings, no overlap, one gray value, no labels, an empty region.
+  [[nodiscard]] PictureData load() const {
+    PictureData data;
+    data.scene = scene.load();
+    if (data.scene.labels.values.empty() ||
+        std::ranges::count(data.scene.labels.values, data.scene.labels.values.front()) ==
+            std::ssize(data.scene.labels.values)) {
+      throw InputError(
+          fmt::format("the scene {} has no labels, or one label everywhere: give it [image] labels "
+                      "and a [[tissue]] with a modulus for each",
+                      data.scene.name));
+    }
+    Image<ScalarField> before = read_picture(source, data.scene);
+    data.source = std::move(before.pixels);
+    data.placement = before.placement;
+    data.target = read_picture(target, data.scene).pixels;
+    require_pair(data.source, data.target);
+    require_overlap(data.source, data.target);
+    const auto [low_source, high_source] = std::ranges::minmax(data.source.values);
+    const auto [low_target, high_target] = std::ranges::minmax(data.target.values);
+    const float low = std::min(low_source, low_target);
+    const float scale = 255.0F / (std::max(high_source, high_target) - low);
+    for (ScalarField* const picture : {&data.source, &data.target}) {
+      for (float& gray : picture->values) {
+        gray = (gray - low) * scale;
+      }
+    }
+    if (!region.empty()) {
+      data.region = read_picture(region, data.scene).pixels;
+      std::size_t inside = 0;
+      for (std::size_t site = 0; site < data.region.values.size(); ++site) {
+        const float value = data.region.values[site];
+        const auto width = static_cast<std::size_t>(data.region.extent.width);
+        if (!std::isfinite(value)) {
+          throw InputError(
+              fmt::format("{}: the mask at x = {}, y = {} is {}; give 0 outside the region, 1 inside",
+                          region.string(), site % width, site / width, value));
+        }
+        inside += value != 0.0F ? 1U : 0U;
+      }
+      if (inside == 0 || inside == data.region.values.size()) {
+        throw InputError(fmt::format("{}: the region of interest is {}", region.string(),
+                                     inside == 0 ? "empty, every pixel is 0"
+                                                 : "the whole image; something around it must be known"));
+      }
+    }
+    return data;
+  }
+
+  /// Makes the folder and sees that files can be written and are none of the inputs, before long work.
+  /// Throws InputError.
+  void require_output(std::span<const std::string> files) const {
+    std::vector<fs::path> inputs = files_of_scene(scene.scene);
+    inputs.insert(inputs.end(), {source, target, region});
+    require_folder(output, files, inputs);
+  }
+};
+
+/// Writes pictures into the output folder; the rows of `register` and `detect` name them.
+class Pictures {
+public:
+  /// Their names are as the result file `results` has them.
+  Pictures(fs::path folder, fs::path results) : folder_(std::move(folder)), results_(std::move(results)) {}
+
+  void gray(const std::string& name, const std::string& caption, const ScalarField& picture) {
+    write_png(file(name, caption), picture);
+  }
+  /// Red above 0 and blue below, full at `largest`; over `ground`, where there is one.
+  void signed_values(const std::string& name, const std::string& caption, const ScalarField& values,
+                     double largest, const ScalarField& ground = {}) {
+    write_signed_png(file(name, caption), values.extent, values.values, largest, ground);
+  }
+  /// [{caption, file: relative to the result file}, ...]
+  [[nodiscard]] const json& written() const { return written_; }
+
+private:
+  fs::path file(const std::string& name, const std::string& caption) {
+    written_.push_back({{"caption", caption}, {"file", beside(results_, folder_, name + ".png")}});
+    return folder_ / (name + ".png");
+  }
+
+  fs::path folder_;
+  fs::path results_;
+  json written_ = json::array();
+};
+
+struct RegisterArguments : PairArguments {
+  bool iterate = false;
+};
+
+/// What a registration came to.
+struct Outcome {
+  VectorField displacement;
+  VectorField confidence; ///< of Algorithm 5
+  json row;               ///< as it stands in the result file
+};
+
+ScalarField difference_of(const ScalarField& a, const ScalarField& b) {
+  ScalarField result(a.extent);
+  std::ranges::transform(a.values, b.values, result.values.begin(), std::minus<>());
+  return result;
+}
+
+/// Squares of one picture and of the other in turn: where edges go on across them the two match.
+ScalarField checkerboard(const ScalarField& a, const ScalarField& b) {
+  ScalarField board(a.extent);
+  const int side = std::max(8, a.extent.width / 8);
+  for_each_site(a.extent, [&](int x, int y) {
+    const std::size_t site = a.extent.index(x, y);
+    board.values[site] = (x / side + y / side) % 2 == 0 ? a.values[site] : b.values[site];
+  });
+  return board;
+}
+
+/// All that write_files may write.
+std::vector<std::string> output_files() {
+  std::vector<std::string> files{"displacement.nrrd"};
+  for (const char* const picture :
+       {"source", "target", "warped", "checkerboard-before", "checkerboard-after", "grid",
+        "difference-before", "difference-after", "jacobian", "confidence"}) {
+    files.push_back(fmt::format("{}.png", picture));
+  }
+  return files;
+}
+
+void write_files(const PairArguments& arguments, const Call& call, const PictureData& data,
+                 Outcome& outcome) {
+  const Extent extent = data.source.extent;
+  const ScalarField warped = warp(data.source, outcome.displacement);
+  Pictures pictures(arguments.output, call.json);
+  pictures.gray("source", "source", data.source);
+  pictures.gray("target", "target", data.target);
+  pictures.gray("warped", "source, moved to the target", warped);
+  pictures.gray("checkerboard-before", "source and target in turn, before",
+                checkerboard(data.source, data.target));
+  pictures.gray("checkerboard-after", "the same, after", checkerboard(warped, data.target));
+  pictures.gray("grid", "grid, deformed",
+                warp(grid_picture(extent, grid_spacing(extent)), outcome.displacement));
+  constexpr double largest_difference = 128.0; // gray values
+  pictures.signed_values("difference-before", "target minus source: red brighter, blue darker",
+                         difference_of(data.target, data.source), largest_difference);
+  pictures.signed_values("difference-after", "the same, after", difference_of(data.target, warped),
+                         largest_difference);
+  pictures.signed_values("jacobian", "change of area: blue smaller (full: a fold), red larger",
+                         area_change_map(outcome.displacement), 1.0);
+  if (!outcome.confidence[0].empty()) {
+    ScalarField believed(extent);
+    std::ranges::transform(outcome.confidence[0], outcome.confidence[1], believed.values.begin(),
+                           [](float x, float y) { return 255.0F * (x + y); });
+    pictures.gray("confidence", "where the registration is believed: white most", believed);
+  }
+  outcome.row["pictures"] = pictures.written();
+  write_displacement(arguments.output / "displacement.nrrd", outcome.displacement, data.scene.spacing,
+                     data.placement);
+  outcome.row["field"] = beside(call.json, arguments.output, "displacement.nrrd");
+}
+
+Outcome register_region(const RegisterArguments& arguments, const PictureData& data, const Backend& backend,
+                        Progress& progress) {
+  progress.describe("register: ITK's B-splines");
+  const ConventionalRegistration first =
+      register_conventionally(data.source, data.target, data.region, progress);
+  Outcome outcome;
+  progress.describe(fmt::format("register: {} on {}", data.scene.name, backend.name()));
+  Solution solution = make_physical(data.source, data.target, first.displacement, data.region, data.scene,
+                                    backend, arguments.scene.session, outcome.confidence, progress);
+  outcome.displacement = std::move(solution.displacement);
+  outcome.row = {{"conventional_seconds", first.seconds},
+                 {"seconds", first.seconds + solution.timings.total()},
+                 {"energy", data.scene.energy->name}};
+  return outcome;
+}
+
+Outcome register_iterated(const RegisterArguments& arguments, const PictureData& data, const Backend& backend,
+                          Progress& progress) {
+  const auto session = backend.open_elastic(arguments.scene.session);
+  if (session == nullptr) {
+    throw InputError(fmt::format("{} has no elastic energy, which --iterate solves with", backend.name()));
+  }
+  IteratedRegistration found =
+      register_iteratively(data.source, data.target, data.scene, data.region, {}, *session, progress);
+  Outcome outcome;
+  outcome.row = {{"converged", found.converged},
+                 {"seconds", found.seconds},
+                 {"energy", energy_near(ReferenceSolution::finite_elements).name},
+                 {"iterations", json::array()}};
+  for (const RegistrationIteration& iteration : found.iterations) {
+    outcome.row["iterations"].push_back({{"level", iteration.level},
+                                         {"width", iteration.extent.width},
+                                         {"height", iteration.extent.height},
+                                         {"difference", iteration.difference},
+                                         {"outliers", iteration.outliers},
+                                         {"step", iteration.step}});
+  }
+  outcome.displacement = std::move(found.displacement);
+  return outcome;
+}
+
+int run_register(RegisterArguments& arguments, Call& call) {
+  const ScheduleOverrides& schedule = arguments.scene.schedule;
+  if (arguments.iterate) {
+    const bool is_idle = schedule.energy != nullptr && !schedule.energy->is_of_cells();
+    refuse_idle(*call.command, schedule_options(*call.command, {is_idle ? "" : "--energy"}),
+                "--iterate looks at the pictures itself, and solves the elastic energy its way");
+  }
+  const PictureData data = arguments.load();
+  const Schedule& solved = data.scene.schedule;
+  const bool has_sweeps_only = !data.scene.energy->is_of_cells() || solved.method == elastic_sweeps;
+  if (!arguments.iterate && has_sweeps_only && solved.iterations == 0) {
+    throw InputError("register with 0 iterations would leave everything where it is; give at least 1");
+  }
+  const auto registry = make_backends();
+  const Backend& backend = arguments.scene.choose(registry, data.scene);
+  const Device device = backend.device(arguments.scene.session);
+  arguments.require_output(output_files());
+  Progress progress;
+  Outcome outcome = arguments.iterate ? register_iterated(arguments, data, backend, progress)
+                                      : register_region(arguments, data, backend, progress);
+  progress.clear();
+  const Similarity before = similarity(data.source, data.target);
+  const Similarity after = similarity(data.source, pulled_back(data.target, outcome.displacement));
+  const Warnings warnings = diagnose(data.source, data.target, before, after);
+  const ScalarField areas = least_area_ratios(outcome.displacement);
+  const auto folds = std::ranges::count_if(areas.values, [](float ratio) { return !(ratio > 0.0F); });
+  const bool converged = outcome.row.value("converged", true);
+  json& row = outcome.row;
+  row.update(row_of(data.scene));
+  row.update({{"spacing", data.scene.spacing},
+              {"placement", data.placement},
+              {"algorithm", arguments.iterate ? "iterated" : "region"},
+              {"backend", backend.name()},
+              {"device", device.name},
+              {"before", before},
+              {"after", after},
+              {"folds", folds},
+              {"largest_displacement", largest_magnitude(outcome.displacement)}});
+  if (!warnings.empty()) {
+    row["warnings"] = warnings;
+  }
+  write_files(arguments, call, data, outcome);
+
+  fmt::print("{}, {} pixels of {:.4g} mm, {} energy on {} ({})\n\n", data.scene.title,
+             size_text(data.scene.extent()), data.scene.spacing, row["energy"].get<std::string>(),
+             backend.name(), device.name);
+  if (arguments.iterate) {
+    fmt::print("{}\n  {}\n\n", table_text(row["iterations"], "size|difference|outliers|step:step, px"),
+               converged ? "Converged: the last step moved nothing by more than its tolerance."
+                         : "Not converged: the last step still moved the tissue; look at the differences.");
+  }
+  json measures = json::array();
+  for (const auto& [key, what] : {std::pair{"mean_squares", "mean squared difference"},
+                                  {"correlation", "correlation"},
+                                  {"mutual_information", "mutual information, bits"}}) {
+    measures.push_back({{"what", what}, {"before", row["before"][key]}, {"after", row["after"][key]}});
+  }
+  fmt::print(
+      "{}{}{}\n", table_text(measures, "what:|before|after"),
+      row_text(
+          "\n  largest displacement {largest_displacement:.4g} px, {folds} folded cells, {seconds:.3g} s",
+          row),
+      arguments.iterate ? "" : row_text(" ({conventional_seconds:.3g} of them ITK's)", row));
+  fmt::print("  {}: the displacement in millimetres; beside it {} pictures\n",
+             (arguments.output / "displacement.nrrd").string(), row["pictures"].size());
+  if (!warnings.empty()) {
+    fmt::print("\n{}", warnings_text(warnings));
+  }
+  call.write(json::array({without_nulls(row)}));
+  return !contains(warnings, no_likeness, &Warning::kind) && converged ? success : disagreement;
+}
+
+/// Any contrast that the search tries explains as much.
+bool is_undetermined(const Detection& found) {
+  return !(found.contrast_deviation < largest_logarithm);
+}
+
+/// The search ended at its limit: it may be more.
+bool is_at_limit(const Detection& found) {
+  return std::abs(std::log(found.contrast)) > 0.999 * largest_logarithm;
+}
+
+/// How much stiffer or softer, as far as the search can tell.
+std::string contrast_text(const Detection& found) {
+  const double most = std::exp(largest_logarithm);
+  if (is_undetermined(found)) {
+    return fmt::format("any modulus from 1/{0:.0f} to {0:.0f} times the label's: it cannot be told", most);
+  }
+  const auto end = [&](double logarithm) {
+    return std::exp(std::clamp(std::log(found.contrast) + logarithm, -largest_logarithm, largest_logarithm));
+  };
+  const std::string range =
+      fmt::format("{:.3g} ... {:.3g}", end(-found.contrast_deviation), end(found.contrast_deviation));
+  return is_at_limit(found) ? fmt::format("{} the label's modulus, where the search ends ({})",
+                                          found.contrast > 1.0 ? fmt::format("{:.0f} times or more", most)
+                                                               : fmt::format("1/{:.0f} or less of", most),
+                                          range)
+                            : fmt::format("{:.3g} times the label's modulus ({})", found.contrast, range);
+}
+
+std::string verdict(bool chance_found_it, const Detection& found) {
+  if (chance_found_it) {
+    return "Nothing that chance does not find as well.";
+  }
+  return is_undetermined(found) ? "More than chance is unexplained, but not by stiffer or softer tissue: "
+                                  "the deformation does not tell its modulus."
+                                : "More than chance found: tissue there is not as its label says.";
+}
+
+constexpr double strong = 4.0; // standard deviations that are full colour
+
+struct DetectArguments : PairArguments {
+  DetectionOptions detection;
+};
+
+int run_detect(DetectArguments& arguments, Call& call) {
+  const PictureData data = arguments.load();
+  const auto registry = make_backends();
+  const Backend& backend = arguments.scene.choose(registry, data.scene);
+  const Device device = backend.device(arguments.scene.session);
+  arguments.require_output(
+      std::vector<std::string>{"modulus.nrrd", "detection.nrrd", "source.png", "detection.png"});
+  const auto session = backend.open_elastic(arguments.scene.session);
+  if (session == nullptr) {
+    throw InputError(fmt::format("{} has no elastic energy, which detect solves with", backend.name()));
+  }
+  Progress progress;
+  // The pictures are looked at inside the region too: it is the modulus there that is not known.
+  const IteratedRegistration registered =
+      register_iteratively(data.source, data.target, data.scene, {}, {}, *session, progress);
+  const Similarity after = similarity(data.source, pulled_back(data.target, registered.displacement));
+  for (const Warning& warning :
+       diagnose(data.source, data.target, similarity(data.source, data.target), after)) {
+    if (warning.kind == no_likeness) {
+      throw InputError(fmt::format("detect: {} {}", warning.message, warning.advice));
+    }
+  }
+  const Detection found = detect_modulus(data.source, data.target, registered.displacement, data.region,
+                                         data.scene, arguments.detection, *session, progress);
+  progress.clear();
+
+  const auto as_much_by_chance =
+      std::ranges::count_if(found.by_chance, [&](double most) { return most >= std::abs(found.largest); });
+  json row = found;
+  row.update(row_of(data.scene));
+  row.update({{"placement", data.placement},
+              {"backend", backend.name()},
+              {"device", device.name},
+              {"seconds", registered.seconds + found.seconds},
+              {"registration_seconds", registered.seconds},
+              {"region_sites", std::ranges::count_if(data.region.values, [](float v) { return v != 0.0F; })},
+              {"simulations", found.by_chance.size()},
+              {"as_much_by_chance", as_much_by_chance},
+              {"largest_by_chance", std::ranges::max(found.by_chance)},
+              {"contrast_undetermined", is_undetermined(found)},
+              {"contrast_at_limit", is_at_limit(found)}});
+  const auto name = [&](const char* file) { return beside(call.json, arguments.output, file); };
+  write_scalar(arguments.output / "modulus.nrrd", found.modulus, data.scene.spacing, data.placement);
+  write_scalar(arguments.output / "detection.nrrd", found.significance, data.scene.spacing, data.placement);
+  row["modulus"] = name("modulus.nrrd");
+  row["detection"] = name("detection.nrrd");
+  Pictures pictures(arguments.output, call.json);
+  pictures.gray("source", "source", data.source);
+  pictures.signed_values(
+      "detection",
+      "significance over the source: red stiffer than the label says, blue softer, full at 4 "
+      "standard deviations",
+      found.significance, strong, data.source);
+  row["pictures"] = pictures.written();
+
+  fmt::print(
+      "{}\n\n{} of {}\n\n", data.scene.title,
+      row_text(
+          "  {region_sites} sites of the region; error of the displacement, as white noise, {noise:.3g} px\n"
+          "  unexplained by the labels' moduli {unexplained_before:.3g} px, by those found "
+          "{unexplained:.3g} px\n"
+          "  most significant {largest:.3g} standard deviations; by chance as much in "
+          "{as_much_by_chance} of {simulations} simulations with nothing hidden, at most "
+          "{largest_by_chance:.3g}\n"
+          "  explained best by a disc at x = {x:.1f}, y = {y:.1f} (+- {position_deviation:.3g}), radius "
+          "{radius:.1f} px,",
+          row),
+      contrast_text(found));
+  fmt::print("  {}\n\n{}  {}: MPa; beside it detection.nrrd, standard deviations\n",
+             verdict(as_much_by_chance > 0, found),
+             row_text("  {seconds:.3g} s ({registration_seconds:.3g} of them the registration)\n", row),
+             (arguments.output / "modulus.nrrd").string());
+  call.write(json::array({without_nulls(row)}));
+  return success;
+}
+
+} // namespace
+
+void add_register(CLI::App& program, Call& call) {
+  const auto [command, own] = declare(
+      program, call, "register",
+      "Find the displacement between two pictures of one person, with the tissues' moduli (thesis "
+      "Algorithms 5 and 6).\nWrites DIR/displacement.nrrd and pictures before and after. Exit status 1 where "
+      "the pictures have no likeness.",
+      run_register);
+  own.add_to(command, call, false);
+  add_flag(command, "--iterate", own.iterate,
+           "No ITK: estimate, solve with the elastic energy and look again, from coarse to fine; "
+           "exit status 1 where it does not converge");
+}
+
+void add_detect(CLI::App& program, Call& call) {
+  const auto [command, own] = declare(
+      program, call, "detect",
+      "Where is tissue stiffer or softer than its label says? (thesis Algorithm 7)\nRegisters the two "
+      "pictures, then finds the moduli in the region that explain the deformation.\nWrites "
+      "DIR/modulus.nrrd and DIR/detection.nrrd.",
+      run_detect);
+  own.add_to(command, call, true);
+  add_option(command, "--simulations", own.detection.pairs,
+             "Pairs of pictures with nothing hidden that are registered too: what is found in them is chance")
+      ->check(CLI::Range(3, 1000));
+}
+
+} // namespace hdmbench::commands
