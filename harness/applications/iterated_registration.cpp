@@ -1,7 +1,6 @@
 #include "harness/applications/registration.hpp"
 
 #include "harness/applications/picture.hpp"
-#include "harness/scene/names.hpp"
 #include "harness/solve/methods/elastic.hpp"
 
 #include <Eigen/Cholesky>
@@ -357,8 +356,7 @@ IteratedRegistration register_iteratively(const ScalarField& source, const Scala
     LevelRegistration registration(pictures, scene.poisson, options, level, session);
     result.converged = false;
     for (int iteration = 0; iteration < options.iterations && !result.converged; ++iteration) {
-      progress.describe(
-          fmt::format("register: {}, iteration {}", size_text(displacement.extent), iteration + 1));
+      progress.describe(fmt::format("register: {}, iteration {}", displacement.extent.text(), iteration + 1));
       result.iterations.push_back(registration.improve(displacement, iteration));
       result.converged =
           iteration >= 2 && result.iterations.back().step < options.smallest_step * (1 << level);

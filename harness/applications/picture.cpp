@@ -1,6 +1,5 @@
 #include "harness/applications/picture.hpp"
 
-#include "harness/scene/names.hpp"
 #include "harness/scene/sites.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -40,14 +39,13 @@ InputError unusable(std::string_view why) {
 void require_picture(const ScalarField& picture, std::string_view which) {
   const Extent extent = picture.extent;
   if (extent.width < smallest_side || extent.height < smallest_side) {
-    throw unusable(fmt::format("the pictures are {}, at least {} x {} pixels are needed", size_text(extent),
+    throw unusable(fmt::format("the pictures are {}, at least {} x {} pixels are needed", extent.text(),
                                smallest_side, smallest_side));
   }
   const auto bad = std::ranges::find_if_not(picture.values, [](float gray) { return std::isfinite(gray); });
   if (bad != picture.values.end()) {
-    const auto site = static_cast<int>(bad - picture.values.begin());
-    throw unusable(
-        fmt::format("the {} at x = {}, y = {} is {}", which, site % extent.width, site / extent.width, *bad));
+    const auto site = static_cast<std::size_t>(bad - picture.values.begin());
+    throw unusable(fmt::format("the {} at {} is {}", which, extent.place(site), *bad));
   }
   const auto [low, high] = std::ranges::minmax(picture.values);
   if (low == high || !std::isfinite(high - low)) {
@@ -268,7 +266,7 @@ ScalarField with_values_of(const ScalarField& source, const ScalarField& target,
 void require_pair(const ScalarField& source, const ScalarField& target) {
   if (source.extent != target.extent) {
     throw unusable(fmt::format("the source is {} pixels, the target {}; crop or resample one of them",
-                               size_text(source.extent), size_text(target.extent)));
+                               source.extent.text(), target.extent.text()));
   }
   require_picture(source, "source");
   require_picture(target, "target");

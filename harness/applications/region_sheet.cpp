@@ -1,6 +1,5 @@
 #include "harness/applications/detection.hpp"
 
-#include "harness/scene/names.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -126,8 +125,8 @@ double ModulusProblem::misfit(std::span<const double> logarithms, const VectorFi
 RegionSheet::RegionSheet(const ScalarField& region, const Scene& scene, ElasticSession& session)
     : poisson_(scene.poisson), image_(scene.extent()), session_(session) {
   if (region.extent != image_) {
-    throw InputError(fmt::format("detection: the scene is {} pixels, the region {}", size_text(image_),
-                                 size_text(region.extent)));
+    throw InputError(
+        fmt::format("detection: the scene is {} pixels, the region {}", image_.text(), region.extent.text()));
   }
   int right = -1;
   int bottom = -1;
@@ -173,8 +172,8 @@ std::size_t RegionSheet::site_of_image(std::size_t site) const {
 
 VectorField RegionSheet::part_of(const VectorField& of_image) const {
   if (of_image.extent != image_) {
-    throw InputError(fmt::format("detection: the scene is {} pixels, the displacement {}", size_text(image_),
-                                 size_text(of_image.extent)));
+    throw InputError(fmt::format("detection: the scene is {} pixels, the displacement {}", image_.text(),
+                                 of_image.extent.text()));
   }
   VectorField part(extent());
   for (std::size_t axis = 0; axis < image_.axes(); ++axis) {

@@ -50,7 +50,7 @@ void print_scene(const Scene& scene, const json& rows) {
   const Extent extent = scene.extent();
   const auto ran = std::ranges::find_if(rows, [](const json& row) { return !row["seconds"].empty(); });
   const json& some = ran == rows.end() ? rows.front() : *ran;
-  fmt::print("\n{}, {}: {}, {} iterations, {:.4g} million site updates\n", scene.name, size_text(extent),
+  fmt::print("\n{}, {}: {}, {} iterations, {:.4g} million site updates\n", scene.name, extent.text(),
              method_name(scene), some["iterations"].get<std::int64_t>(),
              some["fine_sweep_equivalents"].get<double>() * static_cast<double>(extent.sites()) * 1e-6);
   const bool as_published = scene.energy->of_sites == &thesis_energy && extent.width == extent.height;

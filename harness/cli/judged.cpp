@@ -113,7 +113,7 @@ int run_accuracy(Arguments& arguments, Call& call) {
         pictured = true;
       }
     }
-    fmt::print("\n{}, {}: {}\n", scene.name, size_text(scene.extent()), scene.title);
+    fmt::print("\n{}, {}: {}\n", scene.name, scene.extent().text(), scene.title);
     print_published(scene);
     print_scene(accuracy, own);
     sound = sound && std::ranges::all_of(accuracy.rows, [](const Judged& row) {
@@ -204,7 +204,7 @@ int run_tradeoff(Arguments& arguments, Call& call) {
     }
     std::ranges::sort(shown.get_ref<json::array_t&>(), {},
                       [](const json& row) { return row["seconds_median"].get<double>(); });
-    fmt::print("\n{}, {}: {} points\n{}", scene.name, size_text(scene.extent()), rows.size(),
+    fmt::print("\n{}, {}: {} points\n{}", scene.name, scene.extent().text(), rows.size(),
                judged_table(shown));
     for (const double target : targets) {
       print_equal_accuracy(results.emplace_back(compare_at(scene, rows, target)));
@@ -380,7 +380,7 @@ Found compare(const RivalsArguments& arguments, const Scene& scene, const Backen
         compare_rivals(scene, options, !arguments.quick, backend, arguments.scene.session, progress);
     progress.clear();
     fmt::print("{}, {}: {} of {:g} px, noise {:g} %, seed {}; RMSD to the truth in pixels\n\n{}\n",
-               scene.name, size_text(scene.extent()), name, options.amplitude, 100.0 * options.noise,
+               scene.name, scene.extent().text(), name, options.amplitude, 100.0 * options.noise,
                options.seed, table_text(rows, "method|tissue|tissue_95:95 %|region|dice:Dice|folds|seconds"));
     all.insert(all.end(), rows.begin(), rows.end());
   }
@@ -411,7 +411,7 @@ Found look(const RivalsArguments& arguments, const Scene& scene, const Backend& 
   }
   progress.clear();
   fmt::print("{}, {}: {} cases with an inclusion of {}, as many without; noise {:g} % of {}\n{}", scene.name,
-             size_text(scene.extent()), arguments.detection,
+             scene.extent().text(), arguments.detection,
              arguments.spread ? "radius 3 to 15 px and contrast 1.5 to 10"
                               : fmt::format("radius {:g} px and contrast {:g}", PlantedInclusion{}.radius,
                                             PlantedInclusion{}.contrast),

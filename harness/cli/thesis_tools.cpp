@@ -33,15 +33,15 @@ Truth read_truth(const Arguments& arguments, Extent extent) {
   Image<VectorField> read = read_displacement(arguments.truth);
   if (read.pixels.extent != extent) {
     throw InputError(fmt::format("{}: is {} pixels, the scene is {}", arguments.truth,
-                                 size_text(read.pixels.extent), size_text(extent)));
+                                 read.pixels.extent.text(), extent.text()));
   }
   validate(read.pixels, extent, "the truth");
   Truth truth{.displacement = ReferenceField(read.pixels)};
   if (!arguments.mask.empty()) {
     const ScalarField mask = read_scalar(arguments.mask).pixels;
     if (mask.extent != extent) {
-      throw InputError(fmt::format("the mask of the truth is {} pixels, the scene is {}",
-                                   size_text(mask.extent), size_text(extent)));
+      throw InputError(fmt::format("the mask of the truth is {} pixels, the scene is {}", mask.extent.text(),
+                                   extent.text()));
     }
     std::ranges::transform(mask.values, std::back_inserter(truth.counted),
                            [](float defined) { return static_cast<std::uint8_t>(defined != 0.0F); });
@@ -99,7 +99,7 @@ int run_tune(Arguments& arguments, Call& call) {
   progress.clear();
 
   const Evaluation& best = tuning.evaluations[tuning.best];
-  fmt::print("{}\n{} pixels, K = {:.6g}, {} on {}, against {}\n\n", scene.title, size_text(scene.extent()),
+  fmt::print("{}\n{} pixels, K = {:.6g}, {} on {}, against {}\n\n", scene.title, scene.extent().text(),
              penalty, tuning.matters() ? arguments.method : "scan", backend.name(),
              against_elements ? fmt::format("finite elements (nu = {})", scene.poisson) : arguments.truth);
   print(tuning, penalty);
@@ -185,7 +185,7 @@ int convert_mesh(MeshArguments& arguments, Call& call) {
       by_element ? "shape functions" : fmt::format("nearest node within {} px", arguments.reach);
   fmt::print("{} nodes, {} elements; {} pixels of {:.6g} from ({:.6g}, {:.6g}) on, by {}\n"
              "  {} of {} pixels are defined, {} undefined ones are 0\n  {}: the displacement\n",
-             mesh.nodes.size(), mesh.elements.size(), size_text(grid.extent), grid.pixel, grid.origin_x,
+             mesh.nodes.size(), mesh.elements.size(), grid.extent.text(), grid.pixel, grid.origin_x,
              grid.origin_y, way, grid.extent.sites() - image.undefined, grid.extent.sites(), image.undefined,
              arguments.output.string());
   if (!arguments.mask.empty()) {
@@ -206,7 +206,7 @@ int convert_positions(PositionsArguments& arguments, Call& /*call*/) {
   const double spacing = arguments.spacing.value_or(positions.spacing);
   write_displacement(arguments.output, displacement, spacing, positions.placement);
   fmt::print("{}: {} pixels of {:.4g} mm, largest displacement {:.4g} px\n", arguments.output.string(),
-             size_text(displacement.extent), spacing, largest_magnitude(displacement));
+             displacement.extent.text(), spacing, largest_magnitude(displacement));
   return success;
 }
 
@@ -236,7 +236,7 @@ int write_scene(ExportArguments& arguments, Call& /*call*/) {
   const auto images = export_scene(scene, arguments.output);
   names.insert(names.end(), images.begin(), images.end());
   progress.clear();
-  fmt::print("{}, {} pixels of {:.4g} mm: {} files in {}\n  {}\n", scene.title, size_text(scene.extent()),
+  fmt::print("{}, {} pixels of {:.4g} mm: {} files in {}\n  {}\n", scene.title, scene.extent().text(),
              scene.spacing, names.size(), arguments.output.string(), fmt::join(names, "\n  "));
   fmt::print("\n  hdmbench run {} solves the same problem.\n",
              shell_word((arguments.output / "scene.toml").string()));
@@ -305,8 +305,8 @@ int plot(EnergyArguments& arguments, Call& call) {
   options.low = range[0];
   options.high = range[1];
   const EnergyPlane plane = energy_plane(scene.full, displacement, options);
-  const std::string title = fmt::format("{}, {} pixels{}", scene.name, size_text(extent),
-                                        arguments.at_start ? ", as it starts" : "");
+  const std::string title =
+      fmt::format("{}, {} pixels{}", scene.name, extent.text(), arguments.at_start ? ", as it starts" : "");
   write_text(output, energy_plot_svg(plane, options, here, title));
   fmt::print("{}\n  {} displacement of the sites {},{} and {},{}, {} x {} values in {:.6g} ... {:.6g} px\n"
              "  lowest on the grid: U = {:.6g} at {:.6g} and {:.6g} px\n"

@@ -28,7 +28,7 @@ constexpr double same_spacing = 0.01; // of a pixel: rounding in file headers
 void require_same(const fs::path& file, Extent extent, double spacing, const Scene& scene) {
   if (extent != scene.extent()) {
     throw InputError(fmt::format("{} is {} pixels, the scene {} is {}; crop or resample one of them",
-                                 file.string(), size_text(extent), scene.name, size_text(scene.extent())));
+                                 file.string(), extent.text(), scene.name, scene.extent().text()));
   }
   if (std::abs(spacing - scene.spacing) > same_spacing * scene.spacing) {
     throw InputError(
@@ -142,11 +142,9 @@ struct PairArguments {
       std::size_t inside = 0;
       for (std::size_t site = 0; site < data.region.values.size(); ++site) {
         const float value = data.region.values[site];
-        const auto width = static_cast<std::size_t>(data.region.extent.width);
         if (!std::isfinite(value)) {
-          throw InputError(
-              fmt::format("{}: the mask at x = {}, y = {} is {}; give 0 outside the region, 1 inside",
-                          region.string(), site % width, site / width, value));
+          throw InputError(fmt::format("{}: the mask at {} is {}; give 0 outside the region, 1 inside",
+                                       region.string(), data.region.extent.place(site), value));
         }
         inside += value != 0.0F ? 1U : 0U;
       }
@@ -352,8 +350,8 @@ int run_register(RegisterArguments& arguments, Call& call) {
   write_files(arguments, call, data, outcome);
 
   fmt::print("{}, {} pixels of {:.4g} mm, {} energy on {} ({})\n\n", data.scene.title,
-             size_text(data.scene.extent()), data.scene.spacing, row["energy"].get<std::string>(),
-             backend.name(), device.name);
+             data.scene.extent().text(), data.scene.spacing, row["energy"].get<std::string>(), backend.name(),
+             device.name);
   if (arguments.iterate) {
     fmt::print("{}\n  {}\n\n", table_text(row["iterations"], "size|difference|outliers|step:step, px"),
                converged ? "Converged: the last step moved nothing by more than its tolerance."

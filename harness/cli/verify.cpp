@@ -140,7 +140,7 @@ void explain(const Scene& scene, const std::vector<Comparison>& comparisons,
 /// What the comparisons of a scene came to: a row for each backend, and what is to be said of them.
 void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
                  const CommonArguments& arguments) {
-  fmt::print("\n{}, {}, {}", scene.name, size_text(scene.extent()), method_name(scene));
+  fmt::print("\n{}, {}, {}", scene.name, scene.extent().text(), method_name(scene));
   const auto ran = std::ranges::find_if(
       comparisons, [](const Comparison& comparison) { return comparison.verdict != Verdict::skipped; });
   if (ran != comparisons.end()) {

@@ -319,9 +319,8 @@ private:
       ForEachPixel(*this->GetLabels(), [&](std::size_t site, LabelType label) {
         const auto found = m_Moduli.find(label);
         if (found == m_Moduli.end()) {
-          const auto width = static_cast<std::size_t>(extent.width);
-          itkExceptionMacro(<< "the label " << +label << " of the pixel x = " << site % width << ", y = "
-                            << site / width << " has no modulus: call SetModulus(" << +label << ", ...)");
+          itkExceptionMacro(<< "the label " << +label << " of the pixel " << extent.place(site)
+                            << " has no modulus: call SetModulus(" << +label << ", ...)");
         }
         full.modulus.values[site] = static_cast<float>(found->second);
       });

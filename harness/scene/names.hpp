@@ -1,7 +1,5 @@
 #pragma once
 
-#include "kernels/data/field.hpp"
-
 #include <algorithm>
 #include <charconv>
 #include <cstddef>
@@ -12,12 +10,6 @@
 #include <vector>
 
 namespace hdmbench {
-
-/// "257 x 130", or of a volume "64 x 48 x 32".
-[[nodiscard]] inline std::string size_text(Extent extent) {
-  const std::string plane = std::to_string(extent.width) + " x " + std::to_string(extent.height);
-  return extent.depth > 1 ? plane + " x " + std::to_string(extent.depth) : plane;
-}
 
 /// Whether a member of the range, or what `of` says of it, is `value`.
 template <typename Range, typename Value, typename Of = std::identity>

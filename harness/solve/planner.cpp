@@ -1,7 +1,6 @@
 #include "harness/solve/planner.hpp"
 
 #include "harness/scene/method.hpp"
-#include "harness/scene/names.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/solver.hpp"
@@ -336,7 +335,7 @@ private:
                            .moved = moved,
                            .expected_error = error,
                            .seconds = clock_.seconds()});
-    progress_.describe(fmt::format("{} {}: {}", scene_.name, size_text(extent), plan_.steps.back().action));
+    progress_.describe(fmt::format("{} {}: {}", scene_.name, extent.text(), plan_.steps.back().action));
   }
 
   void add_work(const ElasticSolver& solver) {

@@ -1,7 +1,6 @@
 #include "harness/tools/thesis_tools.hpp"
 
 #include "harness/report/html.hpp"
-#include "harness/scene/names.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/thesis_energy.hpp"
 
@@ -73,7 +72,7 @@ void require_sites(const std::array<SiteIndex, 2>& sites, Extent extent) {
   for (const SiteIndex site : sites) {
     if (site.x < 0 || site.x >= extent.width || site.y < 0 || site.y >= extent.height) {
       throw InputError(
-          fmt::format("there is no site {},{} in an image of {} pixels", site.x, site.y, size_text(extent)));
+          fmt::format("there is no site {},{} in an image of {} pixels", site.x, site.y, extent.text()));
     }
   }
   if (sites[0] == sites[1]) {

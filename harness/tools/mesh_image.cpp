@@ -273,7 +273,7 @@ PixelGrid grid_over(const Mesh& mesh, Extent extent) {
   if (!(pixel > 0.0) || !std::isfinite(pixel)) {
     throw InputError(fmt::format("an image of {} pixels cannot be laid over nodes from ({}, {}) to ({}, "
                                  "{}); say where with an origin and a pixel size",
-                                 size_text(extent), left.x, top.y, right.x, bottom.y));
+                                 extent.text(), left.x, top.y, right.x, bottom.y));
   }
   return {.extent = extent,
           .origin_x = 0.5 * (left.x + right.x - pixel * (extent.width - 1)),

@@ -71,7 +71,7 @@ VectorField read_text(const std::filesystem::path& file) {
   constexpr std::size_t least_bytes = 4; // a digit and a separator for x and for y
   if (extent.sites() > lines.size() / least_bytes + 1) {
     lines.fail_file(
-        fmt::format("promises {} pixels, which its {} bytes cannot hold", size_text(extent), lines.size()));
+        fmt::format("promises {} pixels, which its {} bytes cannot hold", extent.text(), lines.size()));
   }
   VectorField positions;
   positions.extent = extent;
