@@ -46,9 +46,9 @@ typename itk::Image<Value, 2>::Pointer image_of(const ScalarField& field) {
 VectorField field_of(const Field& image, Extent extent) {
   VectorField field(extent);
   const auto* const pixels = image.GetBufferPointer();
-  for (std::size_t site = 0; site < extent.sites(); ++site) {
-    field[0][site] = static_cast<float>(pixels[site][0]);
-    field[1][site] = static_cast<float>(pixels[site][1]);
+  for (unsigned axis = 0; axis < Field::ImageDimension; ++axis) {
+    std::transform(pixels, pixels + extent.sites(), field[axis].begin(),
+                   [&](const auto& way) { return static_cast<float>(way[axis]); });
   }
   return field;
 }
@@ -126,13 +126,12 @@ VectorField by_b_splines(const ScalarField& source, const ScalarField& target, c
     adaptor->SetRequiredSpacing(shrunk->GetOutput()->GetSpacing());
     adaptor->SetRequiredDirection(shrunk->GetOutput()->GetDirection());
     adaptor->SetTransform(transform);
-    const auto cells_along = [&](int side) {
-      const double pixels = static_cast<double>(shrink[level]) * control_point_spacing;
-      return static_cast<unsigned>(std::max(4.0, std::round(side / pixels)));
-    };
     Splines::ArrayType mesh; // of the updates; their sum stays as it is
-    mesh[0] = cells_along(source.extent.width);
-    mesh[1] = cells_along(source.extent.height);
+    for (unsigned axis = 0; axis < Field::ImageDimension; ++axis) {
+      const double cells =
+          source.extent.sides()[axis] / (static_cast<double>(shrink[level]) * control_point_spacing);
+      mesh[axis] = static_cast<unsigned>(std::max(4.0, std::round(cells)));
+    }
     adaptor->SetMeshSizeForTheUpdateField(mesh);
     adaptors.push_back(adaptor.GetPointer());
   }

@@ -81,9 +81,9 @@ Explanation explain(const RegionSheet& sheet, const VectorField& observed, doubl
 double white_noise_of(const VectorField& field) {
   ScalarField component(field.extent);
   double square = 0.0;
-  for (const std::vector<float>* values : {&field[0], &field[1]}) {
-    component.values = *values;
-    square += 0.5 * std::pow(noise_of(component), 2);
+  for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
+    component.values = field[axis];
+    square += std::pow(noise_of(component), 2) / static_cast<double>(field.extent.axes());
   }
   return std::max(std::sqrt(square), least_noise);
 }
@@ -232,9 +232,9 @@ void require_detectable(const RegionSheet& sheet, const Scene& scene, const Vect
                                  tissue, needed, smallest));
   }
   double variance = 0.0;
-  for (const std::vector<float>* values : {&part[0], &part[1]}) {
+  for (std::size_t axis = 0; axis < part.extent.axes(); ++axis) {
     const Eigen::ArrayXd all =
-        Eigen::Map<const Eigen::ArrayXf>(values->data(), std::ssize(*values)).cast<double>();
+        Eigen::Map<const Eigen::ArrayXf>(part[axis].data(), std::ssize(part[axis])).cast<double>();
     variance += (all - all.mean()).square().mean();
   }
   if (!(std::sqrt(variance) > least_noise)) {

@@ -69,19 +69,17 @@ std::string seen_on(const json& row) {
 std::set<std::string> reasons(const json& rows) {
   std::set<std::string> lines;
   for (const json& row : rows) {
-    const auto backend = row["backend"].get<std::string>();
-    const std::string name = fmt::format("  {} on {}", row["fault"].get<std::string>(), backend);
+    const std::string name = row_text("  {fault} on {backend}", row);
     if (row["not_planted"] != "") {
-      lines.insert(fmt::format("{} is not planted: {}\n", name, row["not_planted"].get<std::string>()));
+      lines.insert(name + row_text(" is not planted: {not_planted}\n", row));
     }
     for (const json& seen : row["scenes"]) {
-      const auto reason = seen["reason"].get<std::string>();
       if (seen["verdict"] == "error") {
-        lines.insert(fmt::format("{}: {}\n", name, reason));
-      } else if (seen["verdict"] == name_of(Verdict::skipped) && reason != "") {
-        lines.insert(fmt::format("  {} is skipped: {}\n", backend, reason));
+        lines.insert(name + row_text(": {reason}\n", seen));
+      } else if (seen["verdict"] == name_of(Verdict::skipped) && seen["reason"] != "") {
+        lines.insert(row_text("  {backend}", row) + row_text(" is skipped: {reason}\n", seen));
       } else if (seen["verdict"] == name_of(Verdict::mistrusted) && !row["as_expected"]) {
-        lines.insert(fmt::format("{}: mistrusted: {}\n", name, reason));
+        lines.insert(name + row_text(": mistrusted: {reason}\n", seen));
       }
     }
   }

@@ -277,9 +277,10 @@ bool is_fair_start(const Level& full, Extent extent) {
       const std::size_t there = full.extent.index(to_column, to_row);
       ++sites;
       same_modulus += full.modulus.values[at] == full.modulus.values[there] ? 1 : 0;
-      for (const auto* confidence : {&full.confidence[0], &full.confidence[1]}) {
-        observed += (*confidence)[at] > 0.0F ? 1 : 0;
-        still_observed += (*confidence)[at] > 0.0F && (*confidence)[there] > 0.0F ? 1 : 0;
+      for (std::size_t axis = 0; axis < full.extent.axes(); ++axis) {
+        const std::vector<float>& confidence = full.confidence[axis];
+        observed += confidence[at] > 0.0F ? 1 : 0;
+        still_observed += confidence[at] > 0.0F && confidence[there] > 0.0F ? 1 : 0;
       }
     }
   }
