@@ -66,19 +66,32 @@ void for_each_element(const ElasticProblem& problem, const ElementRule& rule, Ca
     per_node[point.node] +=
         point.weight / static_cast<double>(nodes) * strain.transpose() * rule.elasticity * strain;
   }
+  ElementMatrix of_one = ElementMatrix::Zero(size, size); // modulus
+  for (const ElementMatrix& part : per_node) {
+    of_one += part;
+  }
   std::vector<std::size_t> components(axes * nodes);
   ElementMatrix stiffness(size, size);
   for (int z = 0; z + 1 < std::max(2, extent.depth); ++z) {
     for (int y = 0; y + 1 < extent.height; ++y) {
       for (int x = 0; x + 1 < extent.width; ++x) {
-        stiffness.setZero();
+        const double first = problem.modulus[extent.index(x, y, z)];
+        bool is_uniform = true;
         for (std::size_t node = 0; node < nodes; ++node) {
           const auto bit = [node](std::size_t axis) { return static_cast<int>(node >> axis & 1); };
           const std::size_t site = extent.index(x + bit(0), y + bit(1), z + bit(2));
           for (std::size_t axis = 0; axis < axes; ++axis) {
             components[axes * node + axis] = axes * site + axis;
           }
-          stiffness += problem.modulus[site] * per_node[node];
+          is_uniform &= problem.modulus[site] == first;
+        }
+        if (is_uniform) {
+          stiffness = first * of_one;
+        } else {
+          stiffness.setZero();
+          for (std::size_t node = 0; node < nodes; ++node) {
+            stiffness += problem.modulus[components[axes * node] / axes] * per_node[node];
+          }
         }
         call(components, stiffness);
       }

@@ -169,7 +169,7 @@ inline Level elastic_level(Extent extent, Tissue tissue, Held held, double contr
           hold(x, y, z, last);
         } else if (held != Held::supports) {
           Held3 scattered{};
-          for (std::size_t axis = 0; axis < axes; ++axis) {
+          for (std::size_t axis = axes; axis-- > 0;) {
             scattered[axis] = uniform() < 0.03;
           }
           hold(x, y, z, scattered);

@@ -12,31 +12,42 @@ constexpr std::array<std::array<double, 2>, 3> shares{{{1.0, 0.0}, {0.5, 0.5}, {
 void add_galerkin(CellMatrix& sum, const CellMatrix& child, std::size_t place, const CellMask& mask) {
   const std::size_t axes = sum.axes;
   const std::size_t corners = std::size_t{1} << axes;
-  std::array<std::array<double, 8>, 24> share{}; // of each parent's corner in each of the child's components
+  // The corners of the parent that a component of the child hangs on, and its share of each.
+  struct Shares {
+    std::size_t count = 0;
+    std::array<std::size_t, 8> corner{};
+    std::array<double, 8> share{};
+  };
+  std::array<Shares, 24> of{};
   for (std::size_t at = 0; at < sum.components; ++at) {
     for (std::size_t corner = 0; corner < corners; ++corner) {
-      share[at][corner] = mask[at];
+      double share = mask[at];
       for (std::size_t axis = 0; axis < axes; ++axis) {
-        const auto bit = [&](std::size_t of) { return of >> axis & 1; };
-        share[at][corner] *= shares[bit(place) + bit(at / axes)][bit(corner)];
+        const auto bit = [&](std::size_t number) { return number >> axis & 1; };
+        share *= shares[bit(place) + bit(at / axes)][bit(corner)];
+      }
+      if (share != 0.0) {
+        of[at].corner[of[at].count] = corner;
+        of[at].share[of[at].count++] = share;
       }
     }
   }
   for (std::size_t at = 0; at < sum.components; ++at) {
-    std::array<std::array<double, 8>, 3> part{}; // a row of child * P: of each axis the corners
+    if (of[at].count == 0) {
+      continue;
+    }
+    std::array<double, 24> row{}; // of child * P
     for (std::size_t other = 0; other < sum.components; ++other) {
       const double stiffness = child.at(at, other);
-      for (std::size_t corner = 0; corner < corners; ++corner) {
-        part[other % axes][corner] += stiffness * share[other][corner];
+      for (std::size_t i = 0; i < of[other].count; ++i) {
+        row[axes * of[other].corner[i] + other % axes] += stiffness * of[other].share[i];
       }
     }
-    for (std::size_t corner = 0; corner < corners; ++corner) {
-      const double weight = share[at][corner];
-      if (weight == 0.0) {
-        continue;
-      }
+    for (std::size_t i = 0; i < of[at].count; ++i) {
+      const double weight = of[at].share[i];
+      double* const to = &sum.at(axes * of[at].corner[i] + at % axes, 0);
       for (std::size_t other = 0; other < sum.components; ++other) {
-        sum.at(axes * corner + at % axes, other) += weight * part[other % axes][other / axes];
+        to[other] += weight * row[other];
       }
     }
   }
