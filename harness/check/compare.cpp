@@ -19,20 +19,38 @@ FieldDifference compare(const VectorField& expected, const VectorField& found) {
     }
     ++result.sites;
     result.first = result.first.value_or(i);
-    if (!std::isfinite(found[0][i]) || !std::isfinite(found[1][i])) {
+    if (!is_finite(found, i)) {
       ++result.not_finite;
       continue;
     }
-    result.largest = std::max({result.largest, std::abs(static_cast<double>(expected[0][i]) - found[0][i]),
-                               std::abs(static_cast<double>(expected[1][i]) - found[1][i])});
+    for (std::size_t axis = 0; axis < found.extent.axes(); ++axis) {
+      result.largest =
+          std::max(result.largest, std::abs(static_cast<double>(expected[axis][i]) - found[axis][i]));
+    }
   }
   return result;
 }
 
+bool is_finite(const VectorField& field, std::size_t site) {
+  bool all = true;
+  for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
+    all = all && std::isfinite(field[axis][site]);
+  }
+  return all;
+}
+
+bool is_finite(const VectorField& field) {
+  return std::ranges::all_of(field.planes, [](const std::vector<float>& plane) {
+    return std::ranges::all_of(plane, [](float value) { return std::isfinite(value); });
+  });
+}
+
 double largest_magnitude(const VectorField& field) {
+  const bool is_volume = field.extent.axes() > 2;
   double largest = 0.0;
   for (std::size_t i = 0; i < field[0].size(); ++i) {
-    largest = std::max(largest, std::hypot(static_cast<double>(field[0][i]), field[1][i]));
+    const double in_slice = std::hypot(static_cast<double>(field[0][i]), field[1][i]);
+    largest = std::max(largest, is_volume ? std::hypot(in_slice, field[2][i]) : in_slice);
   }
   return largest;
 }

@@ -8,7 +8,7 @@
 
 namespace hdmbench {
 
-/// How one field differs from the expected one, over every site and both components.
+/// How one field differs from the expected one, over every site and all components.
 struct FieldDifference {
   std::int64_t sites = 0; ///< sites where a component differs in value (-0 equals 0, NaN differs from all)
   std::int64_t not_finite = 0;      ///< sites of the found field with NaN or infinity
@@ -20,8 +20,17 @@ struct FieldDifference {
 [[nodiscard]] FieldDifference compare(const VectorField& expected, const VectorField& found);
 /// Whether a component of the site does.
 [[nodiscard]] inline bool differs(const VectorField& expected, const VectorField& found, std::size_t site) {
-  return !(expected[0][site] == found[0][site] && expected[1][site] == found[1][site]);
+  bool same = true;
+  for (std::size_t axis = 0; axis < expected.extent.axes(); ++axis) {
+    same = same && expected[axis][site] == found[axis][site];
+  }
+  return !same;
 }
+
+/// Whether all components of the site are finite numbers.
+[[nodiscard]] bool is_finite(const VectorField& field, std::size_t site);
+/// The same of all sites.
+[[nodiscard]] bool is_finite(const VectorField& field);
 
 /// The length of the longest vector; 0 for an empty field.
 [[nodiscard]] double largest_magnitude(const VectorField& field);

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
+#include <tuple>
 
 namespace hdmbench {
 
@@ -13,19 +15,32 @@ constexpr double least_free_share = 0.01;
 
 /// Of the components, those without any observation.
 double free_share(const VectorField& confidence) {
-  const auto free = std::ranges::count(confidence[0], 0.0F) + std::ranges::count(confidence[1], 0.0F);
-  return static_cast<double>(free) / (2.0 * static_cast<double>(confidence[0].size()));
+  std::ptrdiff_t free = 0;
+  for (std::size_t axis = 0; axis < confidence.extent.axes(); ++axis) {
+    free += std::ranges::count(confidence[axis], 0.0F);
+  }
+  return static_cast<double>(free) / static_cast<double>(confidence.extent.axes() * confidence[0].size());
+}
+
+/// Column, row and slice of a site.
+std::array<int, 3> coordinates(Extent extent, std::size_t site) {
+  const auto width = static_cast<std::size_t>(extent.width);
+  const auto height = static_cast<std::size_t>(extent.height);
+  return {static_cast<int>(site % width), static_cast<int>(site / width % height),
+          static_cast<int>(site / (width * height))};
 }
 
 /// Keeps the site where it is the first that differs, or the first without an explanation.
 void keep_first(Comparison& comparison, FirstDifference first, std::size_t site, const VectorField& expected,
                 const VectorField& found, const Certificate& certificate) {
   if (!comparison.first || (!certificate.holds && comparison.uncertified == 0)) {
-    const auto width = static_cast<std::size_t>(expected.extent.width);
-    first.x = static_cast<int>(site % width);
-    first.y = static_cast<int>(site / width);
-    first.expected = {expected[0][site], expected[1][site]};
-    first.found = {found[0][site], found[1][site]};
+    std::tie(first.x, first.y, first.z) = std::tuple_cat(coordinates(expected.extent, site));
+    first.expected.resize(expected.extent.axes());
+    first.found.resize(expected.extent.axes());
+    for (std::size_t axis = 0; axis < expected.extent.axes(); ++axis) {
+      first.expected[axis] = expected[axis][site];
+      first.found[axis] = found[axis][site];
+    }
     first.certificate = certificate;
     comparison.first = first;
   }
@@ -41,13 +56,13 @@ void count_field(Comparison& comparison, const VectorField& reference, const Fie
 }
 
 void judge_step(Comparison& comparison, const VectorField& expected, const VectorField& found,
-                const FirstDifference& place, const std::function<Certificate(int x, int y)>& certify) {
-  const auto width = static_cast<std::size_t>(expected.extent.width);
+                const FirstDifference& place,
+                const std::function<Certificate(int x, int y, int z)>& certify) {
   for (std::size_t site = 0; site < expected[0].size(); ++site) {
     if (!differs(expected, found, site)) {
       continue;
     }
-    const Certificate certificate = certify(static_cast<int>(site % width), static_cast<int>(site / width));
+    const Certificate certificate = std::apply(certify, coordinates(expected.extent, site));
     keep_first(comparison, place, site, expected, found, certificate);
     ++comparison.sites_differing;
     ++(certificate.holds ? comparison.certified_ties : comparison.uncertified);

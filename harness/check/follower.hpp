@@ -43,7 +43,7 @@ void count_field(Comparison& comparison, const VectorField& reference, const Fie
 
 /// Judges every site in which a step made `found` in place of `expected`. `place`: level, iteration, step.
 void judge_step(Comparison& comparison, const VectorField& expected, const VectorField& found,
-                const FirstDifference& place, const std::function<Certificate(int x, int y)>& certify);
+                const FirstDifference& place, const std::function<Certificate(int x, int y, int z)>& certify);
 
 /// The same of the end of a method, of which no step is known. `explained`: rounding made the difference.
 void judge_end(Comparison& comparison, const VectorField& expected, const VectorField& found,

@@ -79,7 +79,7 @@ struct Follower {
     const bool as_reference = !drifted && drift.sites == 0;
     if (!as_reference) {
       judge_step(comparison, drifted ? specified(step, before) : step.after, field, step.place,
-                 [&](int x, int y) {
+                 [&](int x, int y, int /*z*/) {
                    const std::size_t at = field.extent.index(x, y);
                    Certificate certificate =
                        proofs_of(step.level)
@@ -343,6 +343,9 @@ nlohmann::json verify_row(const Scene& scene, const Comparison& comparison) {
                      {"sites_drifted", comparison.sites_drifted},
                      {"largest_gap_over_bound", comparison.largest_gap_over_bound},
                      {"sites_at_rest", comparison.sites_at_rest}};
+  if (scene.extent().axes() > 2) {
+    row["depth"] = scene.extent().depth;
+  }
   if (comparison.first) {
     const FirstDifference& first = *comparison.first;
     row["first_difference"] = {{"level", first.level},
@@ -354,6 +357,9 @@ nlohmann::json verify_row(const Scene& scene, const Comparison& comparison) {
                                {"certified", first.certificate.holds},
                                {"gap_over_bound", first.certificate.gap_over_bound},
                                {"step", first.step}};
+    if (scene.extent().axes() > 2) {
+      row["first_difference"]["z"] = first.z;
+    }
   }
   return row;
 }

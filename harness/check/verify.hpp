@@ -72,8 +72,9 @@ struct FirstDifference {
   int iteration = 0; ///< 1 is the first; in pyramid the last, after which alone there is a field
   int x = 0;
   int y = 0;
-  std::array<float, 2> expected{NAN, NAN}; ///< displacement (x, y), pixels; NaN: not recorded
-  std::array<float, 2> found{NAN, NAN};
+  int z = 0;                             ///< 0 of images
+  std::vector<float> expected{NAN, NAN}; ///< displacement, pixels, by axis; NaN: not recorded
+  std::vector<float> found{NAN, NAN};
   Certificate certificate{};
   std::string step{}; ///< of the elastic energy: what the method did, "sweep"; iteration counts these steps
 };

@@ -119,13 +119,14 @@ private:
     const Bounded of(*hierarchy_, fields);
     judge_step(comparison, expected, found,
                {.level = step.level, .iteration = static_cast<int>(steps_), .step = std::string(step.name)},
-               [&](int x, int y) {
-                 const std::size_t site = found.extent.index(x, y);
-                 const Bounded::Answer answer = step.answer(of, x, y, 0);
-                 const double gap = std::max(gap_over_bound(answer[0], found[0][site]),
-                                             gap_over_bound(answer[1], found[1][site]));
-                 const bool is_finite = std::isfinite(found[0][site]) && std::isfinite(found[1][site]);
-                 return Certificate{.holds = gap <= 1.0 && is_finite, .gap_over_bound = gap};
+               [&](int x, int y, int z) {
+                 const std::size_t site = found.extent.index(x, y, z);
+                 const Bounded::Answer answer = step.answer(of, x, y, z);
+                 double gap = 0.0;
+                 for (std::size_t axis = 0; axis < found.extent.axes(); ++axis) {
+                   gap = std::max(gap, gap_over_bound(answer[axis], found[axis][site]));
+                 }
+                 return Certificate{.holds = gap <= 1.0 && is_finite(found, site), .gap_over_bound = gap};
                });
   }
 

@@ -98,8 +98,9 @@ void explain_disagreement(const Scene& scene, const Comparison& comparison, cons
     const FirstDifference& first = *comparison.first;
     const std::string when = first.step.empty() ? fmt::format("iteration {}", first.iteration)
                                                 : fmt::format("step {}, {}", first.iteration, first.step);
-    fmt::print("    first: level {}, {}, x = {}, y = {}: expected ({}, {}), found ({}, {})\n", first.level,
-               when, first.x, first.y, first.expected[0], first.expected[1], first.found[0], first.found[1]);
+    fmt::print("    first: level {}, {}, x = {}, y = {}{}: expected ({}), found ({})\n", first.level, when,
+               first.x, first.y, first.expected.size() > 2 ? fmt::format(", z = {}", first.z) : "",
+               fmt::join(first.expected, ", "), fmt::join(first.found, ", "));
   }
   if (comparison.counts_differing > 0) {
     fmt::print("    {} {}\n", grouped(comparison.counts_differing),

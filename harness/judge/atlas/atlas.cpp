@@ -1,5 +1,6 @@
 #include "harness/judge/atlas/atlas.hpp"
 
+#include "harness/check/compare.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/truths.hpp"
 #include "harness/scene/images/images.hpp"
@@ -46,11 +47,6 @@ Outcome solve(const Problem& problem, const Series& series, double knob, Solver&
   add_kinds(diagnose(scene), outcome.warnings);
   add_kinds(diagnose(scene, solution), outcome.warnings);
   return outcome;
-}
-
-bool is_finite(const VectorField& field) {
-  const auto finite = [](float value) { return std::isfinite(value); };
-  return std::ranges::all_of(field[0], finite) && std::ranges::all_of(field[1], finite);
 }
 
 Point judge(const Entry& entry, const Problem& problem, const Outcome& outcome, double knob) {
