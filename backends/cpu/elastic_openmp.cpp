@@ -22,6 +22,16 @@ using openmp::ElasticRow;
 using openmp::ElasticRows;
 using openmp::Response;
 
+/// call(axis) for each. Written out: short loops over an unknown number cost more than their work.
+template <typename Call>
+void each_axis(std::size_t axes, const Call& call) {
+  call(std::size_t{0});
+  call(std::size_t{1});
+  if (axes == 3) {
+    call(std::size_t{2});
+  }
+}
+
 /// The last axis of a grid is what threads share: rows of an image, planes of a volume. A plane of an image
 /// is a single row.
 struct Planes {
@@ -41,22 +51,21 @@ struct Planes {
 /// From the first site of a row on.
 ElasticRow row_of(const RingedGrid& grid, RingedField& field, std::size_t at) {
   ElasticRow row;
-  for (std::size_t axis = 0; axis < grid.axes(); ++axis) {
-    row.of[axis] = field[axis].data() + at;
-  }
+  each_axis(grid.axes(), [&](std::size_t axis) { row.of[axis] = field[axis].data() + at; });
   return row;
 }
 ConstElasticRow row_of(const RingedGrid& grid, const RingedField& field, std::size_t at) {
   ConstElasticRow row;
-  for (std::size_t axis = 0; axis < grid.axes(); ++axis) {
-    row.of[axis] = field[axis].data() + at;
-  }
+  each_axis(grid.axes(), [&](std::size_t axis) { row.of[axis] = field[axis].data() + at; });
   return row;
 }
 
 Response response_of(const ElasticLevel& level, std::size_t at) {
   Response response;
-  for (std::size_t entry = 0; entry < level.response.size(); ++entry) {
+  for (std::size_t entry = 0; entry < 3; ++entry) {
+    response.entry[entry] = level.response[entry].data() + at;
+  }
+  for (std::size_t entry = 3; level.grid.axes() == 3 && entry < 6; ++entry) {
     response.entry[entry] = level.response[entry].data() + at;
   }
   return response;
@@ -144,9 +153,9 @@ public:
       for (int row = 0; row < planes.rows; ++row) {
         const ElasticRow kept = line_of(to, row);
         const ConstElasticRow from = row_of(grid, values, planes.index(row, plane));
-        for (std::size_t axis = 0; axis < axes_; ++axis) { // with the ring on both sides
+        each_axis(axes_, [&](std::size_t axis) { // with the ring on both sides
           std::copy_n(from.of[axis] - 1, grid.sites.width + 2, kept.of[axis] - 1);
-        }
+        });
       }
     };
     keep(band.first - 1, before_plane);
@@ -170,18 +179,20 @@ public:
     const int width = level.grid.sites.width;
     const ElasticRow result = line(residual_line);
     for (int plane = band.first - 1; plane < band.last; ++plane) {
-      clear(line(south_));
-      clear(line(far_south_));
+      if (axes_ == 3) {
+        clear(line(south_));
+        clear(line(far_south_));
+      }
       for (int row = 0; row < planes.rows; ++row) {
-        const ElasticRow carried = line_of(carried_plane, row);
+        const ElasticRow carried = axes_ == 2 ? line(carried_) : line_of(carried_plane, row);
         const bool has_cells = cells(level, row, plane, row_at);
         if (plane >= band.first) {
           const ConstElasticRow pull =
               load == nullptr ? ConstElasticRow{} : row_of(level.grid, *load, planes.index(row, plane));
-          for (std::size_t axis = 0; axis < axes_; ++axis) {
+          each_axis(axes_, [&](std::size_t axis) {
             rows_->residual(width, pull.of[axis], carried.of[axis], line(near_line).of[axis],
                             result.of[axis]);
-          }
+          });
           use(row, plane, ConstElasticRow(result));
         }
         carry(has_cells, width, carried);
@@ -206,9 +217,9 @@ public:
     };
     const auto across = [&](ConstElasticRow before, ConstElasticRow at, ConstElasticRow after,
                             ElasticRow sum) {
-      for (std::size_t axis = 0; axis < axes_; ++axis) {
+      each_axis(axes_, [&](std::size_t axis) {
         rows_->restrict_across(width, before.of[axis], at.of[axis], after.of[axis], sum.of[axis]);
-      }
+      });
     };
     const auto clear_plane = [&](int plane) {
       for (int row = 0; row < to.rows; ++row) {
@@ -229,14 +240,14 @@ public:
     const Band fine_planes{std::max(2 * band.first - 1, 0), std::min(2 * band.last, from.count)};
     rows(fine_planes, [&](int row, int plane, ConstElasticRow residual) {
       const ElasticRow along = axes_ == 2 ? line_of(restricted_plane(plane), 0) : restricted_row(row);
-      for (std::size_t axis = 0; axis < axes_; ++axis) {
+      each_axis(axes_, [&](std::size_t axis) {
         std::copy_n(residual.of[axis], fine.grid.sites.width, padded.of[axis]);
         if (has_prescribed) {
           rows_->keep_free(fine.grid.sites.width, straight_of(fine, axis, from.index(row, plane)),
                            padded.of[axis]);
         }
         rows_->restrict_along(width, padded.of[axis], along.of[axis]);
-      }
+      });
       const bool ends = row + 1 == from.rows;
       if (axes_ == 3) {
         const auto complete = [&](int coarse_row) {
@@ -272,9 +283,9 @@ public:
 
 private:
   enum Line : std::size_t {
-    near_line,  ///< what a row of cells, and the one before it, do to the sites between, in their plane
-    far_line,   ///< and in the next one
-    north_line, ///< what a row of cells alone does to its first row of sites ...
+    near_line, ///< what a row of cells, and the one before it, do to the sites between, in their plane
+    far_lines, ///< and in the next one: of an image, and what the row of cells before did
+    north_line = far_lines + 2, ///< what a row of cells alone does to its first row of sites ...
     far_north_line,
     first_south_lines, ///< ... and to its second one, in both planes, twice: of this row and of the one
                        ///< before
@@ -302,15 +313,15 @@ private:
   [[nodiscard]] ElasticRow row_in(std::vector<float>& buffer, std::size_t number, std::size_t size,
                                   std::size_t offset) const {
     ElasticRow row;
-    for (std::size_t axis = 0; axis < axes_; ++axis) {
+    each_axis(axes_, [&](std::size_t axis) {
       row.of[axis] = buffer.data() + (axes_ * number + axis) * size + offset + RingedGrid::margin;
-    }
+    });
     return row;
   }
   void clear(ElasticRow row) const {
-    for (std::size_t axis = 0; axis < axes_; ++axis) {
+    each_axis(axes_, [&](std::size_t axis) {
       std::fill_n(row.of[axis] - 1, pitch_ - 2 * RingedGrid::margin, 0.0F);
-    }
+    });
   }
 
   /// The row of cells from row `row` of the sites of `plane` on: what it does goes to near_line, what it does
@@ -335,7 +346,7 @@ private:
   /// What the last cells() did to the next plane.
   void carry(bool has_cells, int width, ElasticRow carried) {
     if (axes_ == 2) {
-      add(line(far_line), {}, width, carried);
+      std::swap(carried_, far_);
       return;
     }
     add(line(far_south_), has_cells ? line(far_north_line) : ElasticRow{}, width, carried);
@@ -346,25 +357,25 @@ private:
   }
   /// sum = first + second, which may be null: 0.
   void add(ConstElasticRow first, ConstElasticRow second, int width, ElasticRow sum) const {
-    for (std::size_t axis = 0; axis < axes_; ++axis) {
+    each_axis(axes_, [&](std::size_t axis) {
       if (second.of[axis] == nullptr) {
         std::copy_n(first.of[axis], width, sum.of[axis]);
       } else {
         rows_->add(width, first.of[axis], second.of[axis], sum.of[axis]);
       }
-    }
+    });
   }
 
   void cells_of_image(const ElasticLevel& level, int y, ConstElasticRow above, ConstElasticRow below) {
     const std::size_t at = level.grid.index(-1, y);
-    openmp::CellRow row;
+    openmp::ImageCells row;
     for (std::size_t i = 0; i < 6; ++i) {
       row.moments[i] = level.moments[i].data() + at;
     }
-    for (std::size_t axis = 0; axis < 2; ++axis) {
+    each_axis(2, [&](std::size_t axis) {
       row.sites[0].of[axis] = above.of[axis] - 1;
       row.sites[1].of[axis] = below.of[axis] - 1;
-    }
+    });
     row.cells = level.grid.sites.width + 1;
     row.nu = ratio_.nu;
     row.shear = ratio_.shear;
@@ -372,14 +383,14 @@ private:
       row.tension[i] = tension_.data() + i * pitch_;
     }
     const ElasticRow on_above = line(near_line);
-    const ElasticRow on_below = line(far_line);
+    const ElasticRow on_below = line(far_);
     rows_->tensions(row);
     rows_->forces(row, on_above, on_below);
     const auto [first, last] = level.masked.row(y);
     for (std::size_t i = first; i < last; ++i) {
       const auto x = static_cast<std::size_t>(level.masked.x[i]);
       float force[24];
-      masked_forces(level.masked, i, {above, below}, force);
+      masked_forces<2>(level.masked, i, {above, below}, force);
       // Its moments are 0, so that it has added nothing yet; sums of two do not ask for their order.
       for (std::size_t corner = 0; corner < 4; ++corner) {
         const ElasticRow& to = corner < 2 ? on_above : on_below;
@@ -389,12 +400,16 @@ private:
     }
   }
 
+  template <std::size_t axes>
   void masked_forces(const MaskedCells& masked, std::size_t cell, const std::array<ConstElasticRow, 4>& sites,
                      float* force) const {
     float values[24];
-    for (std::size_t i = 0; i < masked.components; ++i) {
-      const std::size_t corner = i / axes_;
-      values[i] = sites[corner / 2].of[i % axes_][static_cast<std::size_t>(masked.x[cell]) + corner % 2];
+    float* to = values;
+    for (std::size_t corner = 0; corner < (axes == 3 ? 8 : 4); ++corner) {
+      const std::size_t x = static_cast<std::size_t>(masked.x[cell]) + corner % 2;
+      for (std::size_t axis = 0; axis < axes; ++axis) {
+        *to++ = sites[corner / 2].of[axis][x];
+      }
     }
     rows_->masked_forces(static_cast<int>(masked.components), masked.matrix(cell), values, force);
   }
@@ -402,7 +417,7 @@ private:
   void cells_of_volume(const ElasticLevel& level, int y, int z, const std::array<ConstElasticRow, 4>& sites) {
     const std::size_t at = level.grid.index(0, y, z);
     const bool is_image = level.moments.size() == 1;
-    openmp::CellRow row;
+    openmp::VolumeCells row;
     for (std::size_t i = 0; i < (is_image ? 4 : level.moments.size()); ++i) {
       row.moments[i] = is_image ? level.moments[0].data() + at + level.grid.to_corner(2 * i)
                                 : level.moments[i].data() + at;
@@ -425,7 +440,7 @@ private:
     const auto [first, last] = level.masked.row(y, z);
     for (std::size_t i = first; i < last; ++i) {
       float force[24];
-      masked_forces(level.masked, i, sites, force);
+      masked_forces<3>(level.masked, i, sites, force);
       for (std::size_t component = 0; component < 24; ++component) {
         row.tension[8 * (component % 3) + component / 3][level.masked.x[i]] = force[component];
       }
@@ -445,6 +460,8 @@ private:
   std::vector<float> tension_;
   std::size_t plane_; ///< floats of a component's plane
   std::array<std::vector<float>, plane_count> planes_;
+  Line far_ = far_lines;
+  Line carried_ = static_cast<Line>(far_lines + 1);
   Line south_ = first_south_lines;
   Line next_south_ = static_cast<Line>(first_south_lines + 1);
   Line far_south_ = static_cast<Line>(first_south_lines + 2);
@@ -502,10 +519,10 @@ public:
     in_bands(planes.count, here.grid.sites, [&](Band band, ElasticBand& work) {
       work.residuals(here, values, nullptr, band, false, [&](int row, int plane, ConstElasticRow residual) {
         const std::size_t at = planes.index(row, plane);
-        for (std::size_t axis = 0; axis < here.grid.axes(); ++axis) {
+        each_axis(here.grid.axes(), [&](std::size_t axis) {
           std::copy_n(residual.of[axis], here.grid.sites.width, result[axis].data() + at);
           rows_.keep_free(here.grid.sites.width, straight_of(here, axis, at), result[axis].data() + at);
-        }
+        });
       });
     });
   }
@@ -546,9 +563,7 @@ public:
       for (int z = 0; z < sites.sites.depth; ++z) {
         for (int y = 0; y < sites.sites.height; ++y) {
           for (int x = 0; x < sites.sites.width; ++x) {
-            for (std::size_t axis = 0; axis < sites.axes(); ++axis) {
-              call(component++, axis, sites.index(x, y, z));
-            }
+            each_axis(sites.axes(), [&](std::size_t axis) { call(component++, axis, sites.index(x, y, z)); });
           }
         }
       }
@@ -568,10 +583,10 @@ public:
     const RingedField& along = fields_.at(0, direction);
     for_each_row(grid(0), [&](int y, int z) {
       const std::size_t at = grid(0).index(0, y, z);
-      for (std::size_t axis = 0; axis < grid(0).axes(); ++axis) {
+      each_axis(grid(0).axes(), [&](std::size_t axis) {
         rows_.advance(grid(0).sites.width, from[axis].data() + at, factor, along[axis].data() + at,
                       result[axis].data() + at);
-      }
+      });
     });
   }
 
@@ -621,8 +636,14 @@ private:
   void for_each_row(const RingedGrid& level, const Call& call) const {
     const int rows = level.sites.height * level.sites.depth;
     in_bands(rows, level.sites, [&](Band band, ElasticBand& /*work*/) {
-      for (int row = band.first; row < band.last; ++row) {
-        call(row % level.sites.height, row / level.sites.height);
+      int z = band.first / level.sites.height;
+      int y = band.first % level.sites.height;
+      for (int row = band.first; row < band.last; ++row, ++y) {
+        if (y == level.sites.height) {
+          y = 0;
+          ++z;
+        }
+        call(y, z);
       }
     });
   }
@@ -653,7 +674,7 @@ private:
     RingedField& values = fields_.at(level, field);
     for_each_row(here.grid, [&](int y, int z) {
       const std::size_t at = here.grid.index(0, y, z);
-      for (std::size_t axis = 0; axis < here.grid.axes(); ++axis) {
+      each_axis(here.grid.axes(), [&](std::size_t axis) {
         const float* between[4] = {};
         int rows = 0;
         for (int plane = 0; plane <= z % 2; ++plane) {
@@ -667,7 +688,7 @@ private:
         }
         rows_.correct(width, rows, between, has_prescribed(level) ? straight_of(here, axis, at) : nullptr,
                       to);
-      }
+      });
     });
   }
 

@@ -14,13 +14,13 @@ using Volume = ElasticVolume<float>;
 // The bodies of loops are functions of their own: locals declared inside an `omp simd` loop would become
 // arrays in memory.
 
-HDM_FUNCTION InFloat::CellCorners corners(const CellRow& row, int axis, int i) {
+HDM_FUNCTION InFloat::CellCorners corners(const ImageCells& row, int axis, int i) {
   const float* const above = row.sites[0].of[axis];
   const float* const below = row.sites[1].of[axis];
   return {above[i], above[i + 1], below[i], below[i + 1]};
 }
 
-HDM_FUNCTION void tension_of(const CellRow& row, int i) {
+HDM_FUNCTION void tension_of(const ImageCells& row, int i) {
   const float* const* const m = row.moments;
   const InFloat::CellTension tension =
       InFloat::cell_tension({m[0][i], m[1][i], m[2][i], m[3][i], m[4][i], m[5][i]}, corners(row, 0, i),
@@ -32,19 +32,19 @@ HDM_FUNCTION void tension_of(const CellRow& row, int i) {
   row.tension[4][i] = tension.shear;
 }
 
-void tensions(const CellRow& given) {
-  const CellRow row = given; // nothing that is written can change it
+void tensions(const ImageCells& given) {
+  const ImageCells row = given; // nothing that is written can change it
 #pragma omp simd
   for (int i = 0; i < row.cells; ++i) {
     tension_of(row, i);
   }
 }
 
-HDM_FUNCTION InFloat::CellTension tension_at(const CellRow& row, int i) {
+HDM_FUNCTION InFloat::CellTension tension_at(const ImageCells& row, int i) {
   return {row.tension[0][i], row.tension[1][i], row.tension[2][i], row.tension[3][i], row.tension[4][i]};
 }
 
-HDM_FUNCTION void forces_on(const CellRow& row, const ElasticRow& above, const ElasticRow& below, int i) {
+HDM_FUNCTION void forces_on(const ImageCells& row, const ElasticRow& above, const ElasticRow& below, int i) {
   const InFloat::CellTension west = tension_at(row, i);
   const InFloat::CellTension east = tension_at(row, i + 1);
   const InFloat::Force west_above = InFloat::force_on_top_right(west);
@@ -57,15 +57,15 @@ HDM_FUNCTION void forces_on(const CellRow& row, const ElasticRow& above, const E
   below.of[1][i] = west_below.y + east_below.y;
 }
 
-void forces(const CellRow& given, ElasticRow above, ElasticRow below) {
-  const CellRow row = given;
+void forces(const ImageCells& given, ElasticRow above, ElasticRow below) {
+  const ImageCells row = given;
 #pragma omp simd
   for (int i = 0; i < row.cells - 1; ++i) {
     forces_on(row, above, below, i);
   }
 }
 
-HDM_FUNCTION Volume::Coefficients coefficients_at(const CellRow& row, int axis, int i) {
+HDM_FUNCTION Volume::Coefficients coefficients_at(const VolumeCells& row, int axis, int i) {
   const float* const r0 = row.sites[0].of[axis];
   const float* const r1 = row.sites[1].of[axis];
   const float* const r2 = row.sites[2].of[axis];
@@ -85,13 +85,13 @@ HDM_FUNCTION void store_component(float* const* to, const Volume::Coefficients& 
   to[7][i] = force.c111;
 }
 
-HDM_FUNCTION void store_tension(const CellRow& row, const Volume::CellTension& tension, int i) {
+HDM_FUNCTION void store_tension(const VolumeCells& row, const Volume::CellTension& tension, int i) {
   store_component(row.tension, tension.x, i);
   store_component(row.tension + 8, tension.y, i);
   store_component(row.tension + 16, tension.z, i);
 }
 
-HDM_FUNCTION void volume_tension_of(const CellRow& row, int i) {
+HDM_FUNCTION void volume_tension_of(const VolumeCells& row, int i) {
   const float* const* const m = row.moments;
   const Volume::CellMoments moments{m[0][i],  m[1][i],  m[2][i],  m[3][i],  m[4][i],  m[5][i],
                                     m[6][i],  m[7][i],  m[8][i],  m[9][i],  m[10][i], m[11][i],
@@ -103,15 +103,15 @@ HDM_FUNCTION void volume_tension_of(const CellRow& row, int i) {
                 i);
 }
 
-void volume_tensions(const CellRow& given) {
-  const CellRow row = given;
+void volume_tensions(const VolumeCells& given) {
+  const VolumeCells row = given;
 #pragma omp simd
   for (int i = 0; i < row.cells; ++i) {
     volume_tension_of(row, i);
   }
 }
 
-HDM_FUNCTION void image_tension_of(const CellRow& row, int i) {
+HDM_FUNCTION void image_tension_of(const VolumeCells& row, int i) {
   const float* const* const m = row.moments;
   const Volume::CellMoments moments = Volume::image_cell(
       {m[0][i], m[0][i + 1], m[1][i], m[1][i + 1], m[2][i], m[2][i + 1], m[3][i], m[3][i + 1]});
@@ -121,23 +121,23 @@ HDM_FUNCTION void image_tension_of(const CellRow& row, int i) {
                 i);
 }
 
-void image_tensions(const CellRow& given, int first, int last) {
-  const CellRow row = given;
+void image_tensions(const VolumeCells& given, int first, int last) {
+  const VolumeCells row = given;
 #pragma omp simd
   for (int i = first; i < last; ++i) {
     image_tension_of(row, i);
   }
 }
 
-HDM_FUNCTION void uniform_tension_of(const CellRow& row, int i) {
+HDM_FUNCTION void uniform_tension_of(const VolumeCells& row, int i) {
   store_tension(row,
                 Volume::uniform_tension(row.moments[0][i], coefficients_at(row, 0, i),
                                         coefficients_at(row, 1, i), coefficients_at(row, 2, i), row.lame),
                 i);
 }
 
-void uniform_tensions(const CellRow& given) {
-  const CellRow row = given;
+void uniform_tensions(const VolumeCells& given) {
+  const VolumeCells row = given;
 #pragma omp simd
   for (int i = 0; i < row.cells; ++i) {
     uniform_tension_of(row, i);
@@ -145,7 +145,7 @@ void uniform_tensions(const CellRow& given) {
 }
 
 /// On one row of sites: from the cells to the west, whose corner is the eastern one, and to the east.
-void volume_forces(const CellRow& row, const ElasticRow* on_rows) {
+void volume_forces(const VolumeCells& row, const ElasticRow* on_rows) {
   for (int number = 0; number < 4; ++number) {
     for (int axis = 0; axis < 3; ++axis) {
       const float* const east = row.tension[8 * axis + 2 * number];
@@ -159,8 +159,9 @@ void volume_forces(const CellRow& row, const ElasticRow* on_rows) {
   }
 }
 
-void masked_forces(int components, const float* stiffness, const float* values, float* force) {
-  float sum[24] = {};
+template <int components>
+HDM_FUNCTION void forces_of_masked(const float* stiffness, const float* values, float* force) {
+  float sum[components] = {};
   for (int column = 0; column < components; ++column) {
 #pragma omp simd
     for (int row = 0; row < components; ++row) {
@@ -170,6 +171,11 @@ void masked_forces(int components, const float* stiffness, const float* values, 
   for (int row = 0; row < components; ++row) {
     force[row] = sum[row];
   }
+}
+
+void masked_forces(int components, const float* stiffness, const float* values, float* force) {
+  components == 8 ? forces_of_masked<8>(stiffness, values, force)
+                  : forces_of_masked<24>(stiffness, values, force);
 }
 
 void add(int count, const float* first, const float* second, float* sum) {

@@ -33,31 +33,34 @@ struct Response {
 
 /// A row of cells. Of an image the one west of the first site first and the one east of the last site last;
 /// of a volume those between sites only. Pointers are to the first cell, and to the site at its first corner.
+template <int axes>
 struct CellRow {
-  const float* moments[23] =
-      {};                   ///< as ElasticLevel::moments; of a volume's image four rows of moduli, as sites
-  ConstElasticRow sites[4]; ///< displacements of the rows at its corners: y, then z
-  float nu = 0;             ///< of an image
+  /// As ElasticLevel::moments; of a volume's image four rows of moduli, as sites.
+  const float* moments[axes == 2 ? 6 : 23] = {};
+  ConstElasticRow sites[axes == 2 ? 2 : 4]; ///< displacements of the rows at its corners: y, then z
+  float nu = 0;                             ///< of an image
   float shear = 0;
   float lame = 0; ///< of a volume
   int cells = 0;
   /// Written. Of an image top, bottom, left, right, shear; of a volume the force on each corner, component by
   /// component.
-  float* tension[24] = {};
+  float* tension[axes == 2 ? 5 : 24] = {};
 };
+using ImageCells = CellRow<2>;
+using VolumeCells = CellRow<3>;
 
 /// Rows of the elastic energy.
 struct ElasticRows {
-  void (*tensions)(const CellRow& row);
+  void (*tensions)(const ImageCells& row);
   /// From the tensions of a row of cells: its forces on the sites above and on those below.
-  void (*forces)(const CellRow& row, ElasticRow on_above, ElasticRow on_below);
+  void (*forces)(const ImageCells& row, ElasticRow on_above, ElasticRow on_below);
   /// The same of a volume: cells of coarse levels; of the image from `first` to `last` with eight moduli
   /// each; all of the image as if each had the modulus of its first corner; forces on the four rows of sites,
   /// the tensions before the first cell and after the last being 0.
-  void (*volume_tensions)(const CellRow& row);
-  void (*image_tensions)(const CellRow& row, int first, int last);
-  void (*uniform_tensions)(const CellRow& row);
-  void (*volume_forces)(const CellRow& row, const ElasticRow* on_rows);
+  void (*volume_tensions)(const VolumeCells& row);
+  void (*image_tensions)(const VolumeCells& row, int first, int last);
+  void (*uniform_tensions)(const VolumeCells& row);
+  void (*volume_forces)(const VolumeCells& row, const ElasticRow* on_rows);
   /// From a masked cell's matrix, column by column, and its displacements, as many as rows.
   void (*masked_forces)(int components, const float* stiffness, const float* values, float* force);
   void (*add)(int count, const float* first, const float* second, float* sum);

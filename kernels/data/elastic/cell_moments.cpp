@@ -109,10 +109,10 @@ void invert(const ResponseRow& row) {
   }
 }
 
-constexpr CellMatrix identity = [] {
-  CellMatrix result(2);
-  for (std::size_t i = 0; i < result.components; ++i) {
-    result.at(i, i) = 1.0;
+constexpr std::array<double, 64> identity = [] {
+  std::array<double, 64> result{};
+  for (std::size_t i = 0; i < 8; ++i) {
+    result[9 * i] = 1.0;
   }
   return result;
 }();
@@ -121,7 +121,7 @@ using InDouble = Elastic<double>;
 
 /// One component of the corners where the component `column` of all is 1 and the others are 0.
 HDM_FUNCTION InDouble::CellCorners unit_corners(std::size_t component, std::size_t column) {
-  const double* const unit = identity.values.data() + 8 * component + column;
+  const double* const unit = identity.data() + 8 * component + column;
   return {unit[0], unit[16], unit[32], unit[48]};
 }
 

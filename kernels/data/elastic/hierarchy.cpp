@@ -46,10 +46,10 @@ void for_each_cell(Extent cells, const Call& call) {
 /// What conditions make of a coarse level's cells. One is cut where a coarse function of it is at home on a
 /// site with a prescribed component and may move there. `fine` are the prescribed components of the finer
 /// level, `coarse` of this one (null: none), `children` the finer level's kinds, empty where all are whole.
+template <std::size_t axes>
 CellKinds kinds_of(Extent cells, const RingedGrid& grid, const Prescribed* fine, const Prescribed* coarse,
                    const RingedGrid& coarse_grid, const CellKinds& children) {
   CellKinds kinds{cells, std::vector<CellKind>(cells.sites(), CellKind::whole), {}};
-  const std::size_t axes = grid.axes();
   const Extent sites = grid.sites;
   const auto may_move = [&](int x, int y, int z, std::array<int, 3> in, std::size_t axis) {
     // By a function of the corners around: at 0, at 1, or in the middle of both.
@@ -69,15 +69,20 @@ CellKinds kinds_of(Extent cells, const RingedGrid& grid, const Prescribed* fine,
   for_each_cell(cells, [&](std::size_t cell, int x, int y, int z) {
     bool any = false;
     bool all = fine != nullptr;
-    const int depth = axes == 3 ? 3 : 1;
+    const int columns = std::min(3, sites.width - 2 * x);
+    constexpr int depth = axes == 3 ? 3 : 1;
     for (int k = 0; fine != nullptr && k < depth && 2 * z + k < sites.depth; ++k) {
       for (int j = 0; j < 3 && 2 * y + j < sites.height; ++j) {
-        for (int i = 0; i < 3 && 2 * x + i < sites.width; ++i) {
-          for (std::size_t axis = 0; axis < axes; ++axis) {
-            const bool is_prescribed =
-                fine->component[axis][grid.index(2 * x + i, 2 * y + j, 2 * z + k)] != 0;
-            all &= is_prescribed;
-            any = any || (is_prescribed && may_move(x, y, z, {i, j, k}, axis));
+        const std::size_t first = grid.index(2 * x, 2 * y + j, 2 * z + k);
+        for (std::size_t axis = 0; axis < axes; ++axis) {
+          const std::uint8_t* const row = fine->component[axis].data() + first;
+          int prescribed = 0;
+          for (int i = 0; i < columns; ++i) {
+            prescribed += row[i];
+          }
+          all &= prescribed == columns;
+          for (int i = 0; prescribed > 0 && i < columns; ++i) {
+            any = any || (row[i] != 0 && may_move(x, y, z, {i, j, k}, axis));
           }
         }
       }
@@ -269,7 +274,8 @@ ElasticHierarchy hierarchy_of(const Level& full, double poisson, const SpringAt*
       coarse.emplace(prescribed, fine.grid, level.grid);
     }
     CellKinds coarse_kinds =
-        kinds_of(level.grid.cells(), fine.grid, of_fine, coarse ? &*coarse : nullptr, level.grid, kinds);
+        is_volume ? kinds_of<3>(level.grid.cells(), fine.grid, of_fine, &*coarse, level.grid, kinds)
+                  : kinds_of<2>(level.grid.cells(), fine.grid, of_fine, nullptr, level.grid, kinds);
     set_masked_cells(level, coarse_kinds,
                      [&](int x, int y, int z) { return galerkin(hierarchy, fine, kinds, of_fine, x, y, z); });
     if (coarse) {

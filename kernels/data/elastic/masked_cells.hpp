@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <vector>
@@ -11,18 +12,18 @@ namespace hdmbench {
 /// coarser level.
 struct CellMatrix {
   /// All 0; 2 or 3 axes.
-  explicit constexpr CellMatrix(std::size_t axes_) : axes(axes_), components(axes << axes) {}
-
-  [[nodiscard]] constexpr double& at(std::size_t row, std::size_t column) {
-    return values[row * components + column];
+  explicit CellMatrix(std::size_t axes_) : axes(axes_), components(axes << axes) {
+    std::fill_n(values.begin(), components * components, 0.0);
   }
-  [[nodiscard]] constexpr double at(std::size_t row, std::size_t column) const {
+
+  [[nodiscard]] double& at(std::size_t row, std::size_t column) { return values[row * components + column]; }
+  [[nodiscard]] double at(std::size_t row, std::size_t column) const {
     return values[row * components + column];
   }
 
   std::size_t axes;
   std::size_t components;
-  std::array<double, 576> values{};
+  std::array<double, 576> values; ///< what lies beyond components * components is not set
 };
 
 /// Which of a cell's components a coarse function may move: 0 or 1.
