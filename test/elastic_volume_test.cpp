@@ -217,7 +217,9 @@ TEST(ElasticVolume, SolutionIsThatOfFiniteElements) {
           }
           const ReferenceField truth =
               solve_finite_elements(elastic_problem(level), ElementRule::of(extent, poisson));
-          EXPECT_LT(distance(solver.displacement(), truth), 1e-4 + solver.rounding(5.0, contrast))
+          // A force in the stiffest tissue is rounded by this, and a spring in the softest one carries it.
+          const double rounding = held == Held::springs ? 5.0 * 0x1p-23 * contrast : 0.0;
+          EXPECT_LT(distance(solver.displacement(), truth), 1e-4 + rounding)
               << "tissue " << static_cast<int>(tissue) << ", held " << static_cast<int>(held) << ", contrast "
               << contrast << ", Poisson's ratio " << poisson << ", " << steps << " steps";
         }

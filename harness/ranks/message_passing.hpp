@@ -81,8 +81,11 @@ decltype(auto) ended_by_error_of_one(const Call& call) {
 /// How many processes mpirun or srun started together, by the environment that they give them; 0: none did.
 [[nodiscard]] int launched_together();
 
-/// Among several processes: starts the program again, with the arguments of main(), where OpenBLAS, which
-/// starts its threads before main(), has not been told to have one. To be called before anything else.
-void limit_threads_of_rank(char** argv);
+/// Starts the program again, with the arguments of main(), where the environment lacks what libraries read
+/// before main(): among several processes that OpenBLAS shall have one thread; and that a thread of OpenMP
+/// which waits for others gives its processor away after some microseconds. By default it turns in a loop for
+/// milliseconds, and on a busy machine the thread that it waits for does not run meanwhile. To be called
+/// before anything else; what the user has set stays.
+void set_environment_of_threads(char** argv);
 
 } // namespace hdmbench

@@ -122,9 +122,16 @@ int launched_together() {
   return 0;
 }
 
-void limit_threads_of_rank(char** argv) {
-  if (launched_together() > 1 && std::getenv("OPENBLAS_NUM_THREADS") == nullptr) {
+void set_environment_of_threads(char** argv) {
+  const bool is_rank = launched_together() > 1 && std::getenv("OPENBLAS_NUM_THREADS") == nullptr;
+  const bool spins = std::getenv("GOMP_SPINCOUNT") == nullptr && std::getenv("OMP_WAIT_POLICY") == nullptr;
+  if (is_rank) {
     setenv("OPENBLAS_NUM_THREADS", "1", 1);
+  }
+  if (spins) {
+    setenv("GOMP_SPINCOUNT", "1000", 1);
+  }
+  if (is_rank || spins) {
     execv("/proc/self/exe", argv); // returns only where that cannot be started: then it goes on as it is
   }
 }

@@ -240,6 +240,9 @@ constexpr double likely_share = 0.5;
 /// The full image, then those with 4, 8, ... pixels a cell.
 std::vector<Extent> sampled_extents(Extent full) {
   std::vector<Extent> extents{full};
+  if (full.axes() == 3) {
+    return extents; // volumes are not sampled
+  }
   for (int stride = 4;; stride *= 2) {
     const Extent extent = sampled_extent(full, stride);
     if (std::min(extent.width, extent.height) <= fewest_sites) {
