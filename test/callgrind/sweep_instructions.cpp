@@ -68,34 +68,26 @@ double count_instructions(const std::string& kernel, const std::string& scene, i
     throw InputError(
         fmt::format("valgrind failed ({}): {}", end.text(), file_text(folder.path() / "errors")));
   }
-  std::istringstream lines(file_text(profile));
-  constexpr std::string_view key = "summary: ";
-  for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with(key)) {
-      return std::stod(line.substr(key.size()));
-    }
-  }
-  throw InputError("valgrind wrote no summary");
+  const std::string text = file_text(profile);
+  const std::string key = "\nsummary: ";
+  const std::size_t at = text.find(key);
+  return at == text.npos ? throw InputError("valgrind wrote no summary")
+                         : std::stod(text.substr(at + key.size()));
 }
-
-struct Row {
-  std::string kernel;
-  std::string scene;
-  double instructions_per_site = 0.0; ///< of one sweep
-};
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Row, kernel, scene, instructions_per_site)
 
 /// Of one sweep of one site: the difference of two runs, so that everything but the sweeps is gone. In
 /// `random` every site is observed and every modulus another; in `square` hardly any is and few are.
-std::vector<Row> measure(const std::vector<std::string>& kernels) {
-  std::vector<Row> rows;
+nlohmann::json measure(const std::vector<std::string>& kernels) {
+  nlohmann::json rows = nlohmann::json::array();
   for (const std::string& kernel : kernels) {
     for (const char* const scene : {"random", "square"}) {
       std::fprintf(stderr, "counting %s, %s\n", kernel.c_str(), scene);
       const double once = count_instructions(kernel, scene, sweeps);
       const double thrice = count_instructions(kernel, scene, 3 * sweeps);
       const double of_a_site = (thrice - once) / (2.0 * sweeps * size * size);
-      rows.push_back({kernel, scene, std::round(100.0 * of_a_site) / 100.0});
+      rows.push_back({{"kernel", kernel},
+                      {"scene", scene},
+                      {"instructions_per_site", std::round(100.0 * of_a_site) / 100.0}});
     }
   }
   return rows;
@@ -124,26 +116,24 @@ std::optional<std::string> reason_to_skip(const nlohmann::json& committed) {
 }
 
 /// Whether all counts are as committed.
-bool check(const std::vector<Row>& committed, const std::vector<Row>& rows) {
-  nlohmann::json table = nlohmann::json::array();
+bool check(const nlohmann::json& committed, nlohmann::json rows) {
   bool good = true;
-  for (const Row& row : rows) {
+  for (nlohmann::json& row : rows) {
     double expected = 0.0;
-    for (const Row& other : committed) {
-      const bool same =
-          other.kernel == row.kernel || (row.kernel == planted_kernel && other.kernel == "openmp-avx2");
-      expected = same && other.scene == row.scene ? other.instructions_per_site : expected;
+    for (const nlohmann::json& other : committed) {
+      const bool same = other["kernel"] == row["kernel"] ||
+                        (row["kernel"] == planted_kernel && other["kernel"] == "openmp-avx2");
+      expected =
+          same && other["scene"] == row["scene"] ? other["instructions_per_site"].get<double>() : expected;
     }
-    const double change = row.instructions_per_site / expected - 1.0;
+    const double change = row["instructions_per_site"].get<double>() / expected - 1.0;
     const bool as_before = std::abs(change) <= tolerance; // false where nothing was committed
     good = good && as_before;
-    table.push_back({{"kernel", row.kernel},
-                     {"scene", row.scene},
-                     {"committed", expected},
-                     {"now", row.instructions_per_site},
-                     {"change", fmt::format("{:+.1f} %{}", 100.0 * change, as_before ? "" : "  !")}});
+    row["committed"] = expected;
+    row["change"] = fmt::format("{:+.1f} %{}", 100.0 * change, as_before ? "" : "  !");
   }
-  fmt::print("Instructions per site and sweep\n{}", table_text(table, "kernel|scene|committed|now|change"));
+  fmt::print("Instructions per site and sweep\n{}",
+             table_text(rows, "kernel|scene|committed|instructions_per_site:now|change"));
   return good;
 }
 

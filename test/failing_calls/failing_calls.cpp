@@ -57,20 +57,6 @@ void say_what_ended(int signal) {
   _exit(1);
 }
 
-/// All runs of one kind on one backend, as they are written to the file.
-struct Row {
-  std::string backend;
-  std::string api;            ///< "OpenGL"
-  std::string kind;           ///< "GL_OUT_OF_MEMORY"
-  std::int64_t calls = 0;     ///< of a run, that can fail so
-  std::int64_t failed = 0;    ///< of them, a run each
-  std::int64_t clean = 0;     ///< a DeviceError with the call's name and the driver's reason, nothing left
-  std::int64_t succeeded = 0; ///< the right bits all the same: the work can be done without the call
-  std::int64_t went_on = 0;   ///< of the clean ones: the same session computed the right bits afterwards
-  std::vector<std::string> unclean{}; ///< all others, in words
-};
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Row, backend, api, kind, calls, failed, clean, succeeded, went_on, unclean)
-
 /// What a session is seen to have computed: two levels of different sizes and rules, and a pyramid whose last
 /// level is large enough for every backend to leave tiles out.
 struct Result {
@@ -160,8 +146,9 @@ bool explains(const std::string& message, const Kind& kind, const Call& call) {
   return kind.api == "Vulkan" && has(known != methods.end() ? known->second : "::" + method);
 }
 
-/// One run, in which the `at`-th call fails; then the session goes on if it can, or the next one has to.
-void fail_once(Row& row, const Backend& backend, const Kind& kind, std::size_t at,
+/// Adds to `row` one run, in which the `at`-th call fails; then the session goes on if it can, or the next
+/// one has to.
+void fail_once(nlohmann::json& row, const Backend& backend, const Kind& kind, std::size_t at,
                const std::set<std::string, std::less<>>& needed, test::CapturedStream& printed) {
   faults().arm(kind, at);
   std::unique_ptr<Session> session;
@@ -194,12 +181,13 @@ void fail_once(Row& row, const Backend& backend, const Kind& kind, std::size_t a
   wrong = wrong.empty() && !went_on ? wrong_with_next(backend) : wrong;
   const std::string said = printed.take();
   wrong = said.empty() ? wrong : said;
-  ++row.failed;
-  row.went_on += went_on ? 1 : 0;
+  const auto count = [&](const char* key, bool counts) { row[key] = row[key].get<int>() + (counts ? 1 : 0); };
+  count("failed", true);
+  count("clean", wrong.empty() && !first.right);
+  count("succeeded", wrong.empty() && first.right);
+  count("went_on", went_on);
   if (!wrong.empty()) {
-    row.unclean.push_back(fmt::format("{} {}: {}", at, call.name, wrong));
-  } else {
-    ++(first.right ? row.succeeded : row.clean);
+    row["unclean"].push_back(fmt::format("{} {}: {}", at, call.name, wrong));
   }
 }
 
@@ -216,9 +204,12 @@ std::vector<std::size_t> outermost_calls(const std::vector<std::string>& names) 
   return {numbers.begin(), numbers.end()};
 }
 
-/// All runs of one kind on one backend. `quick`: of the kinds that let one call of this API fail, each takes
-/// its share of the outermost calls.
-Row row_of(const Backend& backend, const Kind& kind, bool quick) {
+/// All runs of one kind on one backend: how many calls of a run can fail so; how many of them did, a run
+/// each; after how many there was a DeviceError with the call's name and the driver's reason and nothing left
+/// (clean), or the right bits all the same, as the work can be done without the call (succeeded); in how many
+/// of the clean ones the same session computed the right bits afterwards (went_on); all others in words.
+/// `quick`: of the kinds that let one call of this API fail, each takes its share of the outermost calls.
+nlohmann::json row_of(const Backend& backend, const Kind& kind, bool quick) {
   test::CapturedStream printed(stdout); // by drivers and the validation layers of Vulkan
   faults().arm(kind, 0);
   if (const std::string wrong = wrong_with_next(backend); !wrong.empty()) {
@@ -227,10 +218,15 @@ Row row_of(const Backend& backend, const Kind& kind, bool quick) {
   const auto needed = faults().called;
   std::vector<std::size_t> numbers(faults().names.size());
   std::iota(numbers.begin(), numbers.end(), 1);
-  Row row{.backend = std::string(backend.name()),
-          .api = std::string(kind.api),
-          .kind = std::string(kind.name),
-          .calls = static_cast<std::int64_t>(numbers.size())};
+  nlohmann::json row{{"backend", backend.name()},
+                     {"api", kind.api},
+                     {"kind", kind.name},
+                     {"calls", numbers.size()},
+                     {"failed", 0},
+                     {"clean", 0},
+                     {"succeeded", 0},
+                     {"went_on", 0},
+                     {"unclean", nlohmann::json::array()}};
   if (quick && kind.name != missing) {
     const auto shares = [&](const Kind& other) { return other.api == kind.api && other.name != missing; };
     const auto turns = static_cast<std::size_t>(std::ranges::count_if(kinds(), shares));
@@ -242,8 +238,8 @@ Row row_of(const Backend& backend, const Kind& kind, bool quick) {
     }
   }
   for (const std::size_t at : numbers) {
-    fmt::format_to_n(running.data(), running.size() - 1, "{}, {} {}, call {}{}", row.backend, row.api,
-                     row.kind, at, '\0');
+    fmt::format_to_n(running.data(), running.size() - 1, "{}, {} {}, call {}{}", backend.name(), kind.api,
+                     kind.name, at, '\0');
     alarm(seconds_until_hung);
     fail_once(row, backend, kind, at, needed, printed);
   }
@@ -270,7 +266,8 @@ int run(int argc, char** argv) {
     std::signal(signal, say_what_ended);
   }
   const auto backends = make_backends();
-  std::vector<Row> rows;
+  nlohmann::json rows = nlohmann::json::array();
+  bool is_clean = true;
   for (const Subject& subject : subjects) {
     if (!wanted.empty() && std::ranges::find(wanted, subject.backend) == wanted.end()) {
       continue;
@@ -293,17 +290,16 @@ int run(int argc, char** argv) {
   }
   fmt::print("{}", table_text(rows, "backend|api:API|kind:what happens|calls|failed|clean:clean errors|"
                                     "succeeded:succeeded anyway|went_on:session went on"));
-  for (const Row& row : rows) {
-    for (const std::string& what : row.unclean) {
-      fmt::print("  NOT CLEAN: {}, {} {}, call {}\n", row.backend, row.api, row.kind, what);
+  for (const nlohmann::json& row : rows) {
+    for (const std::string what : row["unclean"]) {
+      const auto word = [&](const char* key) { return row[key].get<std::string>(); };
+      fmt::print("  NOT CLEAN: {}, {} {}, call {}\n", word("backend"), word("api"), word("kind"), what);
+      is_clean = false;
     }
   }
   write_results(file, "failing-calls", run_context(quick ? "failing_calls --quick" : "failing_calls", quick),
                 rows);
-  if (rows.empty()) {
-    return nothing_to_test;
-  }
-  return std::ranges::all_of(rows, [](const Row& row) { return row.unclean.empty(); }) ? 0 : 1;
+  return rows.empty() ? nothing_to_test : is_clean ? 0 : 1;
 }
 
 } // namespace

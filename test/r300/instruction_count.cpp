@@ -27,23 +27,38 @@
 namespace hdmbench::test {
 namespace {
 
-/// One shader and what the card's compiler makes of it.
-struct InstructionRow {
-  std::string group;
-  std::string shader; ///< what tells it apart within the group
-  int candidates = 0; ///< step sizes per component; 0: the rule has none
-  int energies = 0;   ///< candidate vectors whose energy is evaluated, of "vectors"; else 0
-  Compilation compilation{};
-};
+using nlohmann::json;
+
+/// What the card's compiler makes of one shader; what it does not tell is null. `shader` tells it apart
+/// within its group, `candidates` are step sizes per component (0: the rule has none), `energies` the
+/// candidate vectors whose energy is evaluated.
+json measure(ShaderCompiler& compiler, std::string_view group, std::string_view shader,
+             const std::string& text, int candidates = 0, int energies = 0) {
+  const auto [resources, refusal] = compiler.compile(text);
+  const auto of = [&, &resources = resources](int Resources::*number) {
+    return resources ? json((*resources).*number) : json();
+  };
+  return {{"group", group},
+          {"shader", shader},
+          {"candidates", candidates},
+          {"energies", energies},
+          {"instructions", of(&Resources::instructions)},
+          {"texture_instructions", of(&Resources::texture_instructions)},
+          {"temporaries", of(&Resources::temporaries)},
+          {"flow_control", of(&Resources::flow_control)},
+          {"refusal", refusal},
+          {"device", compiler.device().name},
+          {"driver", compiler.device().driver},
+          {"instructions_limit", compiler.limits().instructions},
+          {"temporaries_limit", compiler.limits().temporaries}};
+}
 
 /// What gl-fragment sends for a sweep of `level`.
-InstructionRow measure_sweep(ShaderCompiler& compiler, std::string group, std::string shader,
-                             const Level& level) {
+json measure_sweep(ShaderCompiler& compiler, std::string_view group, std::string_view shader,
+                   const Level& level) {
   const bool has_candidates = level.rule == Rule::steps || level.rule == Rule::annealing;
-  return {.group = std::move(group),
-          .shader = std::move(shader),
-          .candidates = has_candidates ? level.steps.count() : 0,
-          .compilation = compiler.compile(gl::assemble(sources::sweep_fragment, shader_constants(level)))};
+  return measure(compiler, group, shader, gl::assemble(sources::sweep_fragment, shader_constants(level)),
+                 has_candidates ? level.steps.count() : 0);
 }
 
 /// `count` different candidates, 0 first.
@@ -56,22 +71,20 @@ StepSet some_steps(int count) {
 }
 
 /// Annealing with more than its usual candidates: the most that fit, and the first number that does not.
-std::vector<InstructionRow> measure_annealing(ShaderCompiler& compiler) {
-  std::vector<InstructionRow> rows;
+json measure_annealing(ShaderCompiler& compiler) {
+  json last;
+  json row;
   for (int count = StepSet().count(); count < StepSet::maximum_count; ++count) { // without the 0
-    InstructionRow row = measure_sweep(
-        compiler, "methods", "annealing, more candidates",
-        {.extent = {}, .steps = some_steps(count), .update = Update::four_coloured, .rule = Rule::annealing});
-    const bool fits = row.compilation.resources.has_value();
-    if (fits) {
-      rows.clear();
-    }
-    rows.push_back(std::move(row));
-    if (!fits) {
-      break;
+    last = std::exchange(row, measure_sweep(compiler, "methods", "annealing, more candidates",
+                                            {.extent = {},
+                                             .steps = some_steps(count),
+                                             .update = Update::four_coloured,
+                                             .rule = Rule::annealing}));
+    if (row["instructions"].is_null()) {
+      return last.is_null() ? json{row} : json{last, row};
     }
   }
-  return rows;
+  return json{row};
 }
 
 /// The passes of gl-fragment for the elastic energy, and the count of changed sites.
@@ -153,8 +166,8 @@ std::string thesis_shader(int steps, int vectors) {
 /// takes. "methods": for every method that it supports, the count of changed sites, the passes of the elastic
 /// energy, and annealing, the longest of them, also with the most candidates that fit and the first number
 /// that does not. "vectors": thesis_shader() for 2 to 6 step sizes, and one vector more than 4 x 4.
-std::vector<InstructionRow> measure_instructions(ShaderCompiler& compiler) {
-  std::vector<InstructionRow> rows;
+json measure_instructions(ShaderCompiler& compiler) {
+  json rows = json::array();
   for (int count = 2; count <= StepSet::maximum_count; ++count) {
     std::string names;
     for (const char* const name : {"default", "thesis", "fine"}) {
@@ -170,47 +183,23 @@ std::vector<InstructionRow> measure_instructions(ShaderCompiler& compiler) {
     method.configure(schedule, level);
     level.rule = schedule.rule;
     if (level.update != Update::sequential) {
-      rows.push_back(measure_sweep(compiler, "methods", std::string(method.name), level));
+      rows.push_back(measure_sweep(compiler, "methods", method.name, level));
     }
   }
-  std::ranges::move(measure_annealing(compiler), std::back_inserter(rows));
+  std::ranges::copy(measure_annealing(compiler), std::back_inserter(rows));
   for (const auto& [name, text] : other_passes()) {
-    rows.push_back({.group = "methods", .shader = name, .compilation = compiler.compile(text)});
+    rows.push_back(measure(compiler, "methods", name, text));
   }
   for (const auto& [steps, vectors] : {std::pair{2, 4}, {3, 9}, {4, 16}, {5, 17}, {5, 25}, {6, 36}}) {
-    rows.push_back({.group = "vectors",
-                    .shader = "equations as printed",
-                    .candidates = steps,
-                    .energies = vectors,
-                    .compilation = compiler.compile(thesis_shader(steps, vectors))});
+    rows.push_back(
+        measure(compiler, "vectors", "equations as printed", thesis_shader(steps, vectors), steps, vectors));
   }
   return rows;
 }
 
-/// The row of results, with the card and its limits; what the compiler did not tell is null.
-nlohmann::json to_json(const InstructionRow& row, const ShaderCompiler& compiler) {
-  const auto& [resources, refusal] = row.compilation;
-  const auto of = [&](int Resources::*number) {
-    return resources ? nlohmann::json((*resources).*number) : nlohmann::json();
-  };
-  return {{"group", row.group},
-          {"shader", row.shader},
-          {"candidates", row.candidates},
-          {"energies", row.energies},
-          {"instructions", of(&Resources::instructions)},
-          {"texture_instructions", of(&Resources::texture_instructions)},
-          {"temporaries", of(&Resources::temporaries)},
-          {"flow_control", of(&Resources::flow_control)},
-          {"refusal", refusal},
-          {"device", compiler.device().name},
-          {"driver", compiler.device().driver},
-          {"instructions_limit", compiler.limits().instructions},
-          {"temporaries_limit", compiler.limits().temporaries}};
-}
-
 /// commands::disagreement where a set of candidates does not fit.
-int count(const std::filesystem::path& json) {
-  require_results_writable(json);
+int count(const std::filesystem::path& file) {
+  require_results_writable(file);
   if (const std::string reason = why_missing(); !reason.empty()) {
     throw DeviceError(reason);
   }
@@ -222,16 +211,13 @@ int count(const std::filesystem::path& json) {
       "n step sizes (it says: 4 come close, 6 go past):\n",
       compiler.device().name, compiler.device().driver, compiler.limits().instructions,
       compiler.limits().temporaries);
-  nlohmann::json results = nlohmann::json::array();
-  bool candidates_fit = true;
-  for (const InstructionRow& row : measure_instructions(compiler)) {
-    results.push_back(to_json(row, compiler));
-    candidates_fit = candidates_fit && (row.compilation.resources || row.group != "candidates");
-  }
+  json results = measure_instructions(compiler);
+  const bool candidates_fit = std::ranges::none_of(
+      results, [](const json& row) { return row["group"] == "candidates" && row["instructions"].is_null(); });
   fmt::print("{}", table_text(results,
                               "group|candidates|energies:vectors|instructions|texture_instructions:of them "
                               "texture|flow_control|temporaries|refusal:does not fit because|shader"));
-  write_results(json, "instructions", run_context("--json " + json.string(), false), std::move(results));
+  write_results(file, "instructions", run_context("--json " + file.string(), false), std::move(results));
   return candidates_fit ? commands::success : commands::disagreement;
 }
 
