@@ -2,14 +2,14 @@
 
 #include "kernels/specification/hdm/energy.hpp"
 
-#include <compare>
-#include <cstddef>
+#include <fmt/format.h>
+
 #include <map>
 #include <set>
-#include <vector>
+#include <string>
 
-/// A scalar to compile an energy and update.inc with that writes down what is computed from what. Of that
-/// graph, what the results need is counted.
+/// A scalar to compile an energy and update.inc with that writes down what is computed from what. What the
+/// results need is counted, every distinct computation once.
 namespace hdmbench::counted {
 
 /// How far a number is known where the loop over the sites is compiled.
@@ -19,74 +19,27 @@ enum class Knowledge {
   varying    ///< nothing
 };
 
-struct Node {
-  char operation; ///< + - * a(bs) <, or v: a number that is given
-  std::size_t a = 0;
-  std::size_t b = 0;
-  Knowledge knowledge = Knowledge::varying;
-  float value = 0.0F; ///< of a constant; number of what is given
-
-  auto operator<=>(const Node&) const = default;
-};
-
-/// Every distinct computation once: what occurs twice is the same node.
-class Graph {
-public:
-  std::size_t add(const Node& node) {
-    const auto [found, is_new] = numbers_.try_emplace(node, nodes_.size());
-    if (is_new) {
-      nodes_.push_back(node);
-    }
-    return found->second;
-  }
-  [[nodiscard]] const Node& operator[](std::size_t number) const { return nodes_[number]; }
-
-  /// What has to be known at the end.
-  void need(std::size_t number) { needed_.push_back(number); }
-
-  /// Operations at every site that the needed numbers are computed by.
-  [[nodiscard]] int operations() const {
-    std::set<std::size_t> seen;
-    std::vector<std::size_t> open = needed_;
-    int count = 0;
-    while (!open.empty()) {
-      const std::size_t number = open.back();
-      open.pop_back();
-      const Node& node = nodes_[number];
-      if (node.knowledge != Knowledge::varying || !seen.insert(number).second || node.operation == 'v') {
-        continue;
-      }
-      ++count;
-      open.push_back(node.a);
-      open.push_back(node.b);
-    }
-    return count;
-  }
-
-private:
-  std::vector<Node> nodes_;
-  std::map<Node, std::size_t> numbers_;
-  std::vector<std::size_t> needed_;
-};
-
-/// Of the computation that is being written down.
-inline Graph graph;
+/// The numbers of a computation under how they come about, and what has to be computed at every site whatever
+/// the results are: comparisons. To be emptied before each computation.
+inline std::map<std::string, int> numbers;
+inline std::set<int> compared;
 
 class real {
 public:
   real() = default;
   real(int constant) : real(static_cast<float>(constant)) {}
   real(double constant) : real(static_cast<float>(constant)) {}
-  real(float constant)
-      : node_(graph.add({.operation = 'v', .knowledge = Knowledge::constant, .value = constant})) {}
+  real(float constant) : real(fmt::format("constant {}", constant), Knowledge::constant, {}) {
+    value_ = constant;
+  }
 
   /// Given number `which`.
   [[nodiscard]] static real given(int which, Knowledge knowledge) {
-    return real(graph.add({.operation = 'v', .knowledge = knowledge, .value = static_cast<float>(which)}),
-                Known{});
+    return {fmt::format("given {}", which), knowledge, {}};
   }
 
-  [[nodiscard]] std::size_t node() const { return node_; }
+  /// Numbers of the operations at every site that it takes.
+  [[nodiscard]] const std::set<int>& operations() const { return operations_; }
 
   friend real operator+(const real& a, const real& b) {
     return a.is(0.0F) ? b : b.is(0.0F) ? a : operation('+', a, b);
@@ -102,7 +55,7 @@ public:
   friend real floor(const real& a) { return operation('f', a, a); }
   // Needed whatever comes of it. A smaller candidate is never found: both are there either way.
   friend bool operator<(const real& a, const real& b) {
-    graph.need(operation('<', a, b).node_);
+    compared.merge(operation('<', a, b).operations_);
     return false;
   }
   friend bool operator>(const real& a, const real& b) { return b < a; }
@@ -111,23 +64,27 @@ public:
   friend bool operator==(const real& a, const real& b) { return a < b; }
 
 private:
-  struct Known {};
-  real(std::size_t node, Known /*tag*/) : node_(node) {}
+  real(const std::string& origin, Knowledge knowledge, std::set<int> operations)
+      : number_(numbers.try_emplace(origin, static_cast<int>(numbers.size())).first->second),
+        knowledge_(knowledge), operations_(std::move(operations)) {}
 
-  [[nodiscard]] bool is(float value) const {
-    return graph[node_].knowledge == Knowledge::constant && graph[node_].value == value;
-  }
+  [[nodiscard]] bool is(float value) const { return knowledge_ == Knowledge::constant && value_ == value; }
   static real operation(char name, const real& a, const real& b) {
-    const bool varies =
-        graph[a.node_].knowledge == Knowledge::varying || graph[b.node_].knowledge == Knowledge::varying;
-    return real(graph.add({.operation = name,
-                           .a = a.node_,
-                           .b = b.node_,
-                           .knowledge = varies ? Knowledge::varying : Knowledge::invariant}),
-                Known{});
+    const bool varies = a.knowledge_ == Knowledge::varying || b.knowledge_ == Knowledge::varying;
+    real result(fmt::format("{} {} {}", a.number_, name, b.number_),
+                varies ? Knowledge::varying : Knowledge::invariant, {});
+    if (varies) {
+      result.operations_ = a.operations_;
+      result.operations_.insert(b.operations_.begin(), b.operations_.end());
+      result.operations_.insert(result.number_);
+    }
+    return result;
   }
 
-  std::size_t node_ = 0;
+  int number_ = 0;
+  Knowledge knowledge_ = Knowledge::varying;
+  float value_ = 0.0F; ///< of a constant
+  std::set<int> operations_{};
 };
 
 } // namespace hdmbench::counted
