@@ -3,21 +3,10 @@
 
 #include "harness/judge/accuracy.hpp"
 
-#include "backends/registry.hpp"
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/scene/method.hpp"
 #include "kernels/data/input_error.hpp"
 #include "test/sessions.hpp"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <map>
-#include <optional>
-#include <vector>
 
 namespace hdmbench {
 namespace {
@@ -151,10 +140,7 @@ INSTANTIATE_TEST_SUITE_P(Simulations, ThesisScene,
                          [](const auto& parameter) { return test::test_name(parameter.param.scene); });
 
 nlohmann::json measured(double contrast) {
-  constexpr std::array sides{33, 65, 129};
-  Progress silent(false);
-  const auto registry = make_backends();
-  return measure_continuum(contrast, sides, find_backend(registry, "openmp"), {}, silent);
+  return measure_continuum(contrast, std::array{33, 65, 129}, test::find("openmp"), {}, test::silent());
 }
 
 /// Stretched evenly: bilinear elements have that displacement (the patch test), and so must our field.

@@ -1,13 +1,7 @@
 #include "harness/judge/atlas/atlas.hpp"
 #include "test/sessions.hpp"
 
-#include <fmt/format.h>
 #include <toml++/toml.h>
-
-#include <algorithm>
-#include <cmath>
-#include <map>
-#include <string>
 
 namespace hdmbench::atlas {
 namespace {
@@ -60,7 +54,7 @@ std::string mismatch(const Pinned& pinned, const EntryResult& result) {
 
 std::vector<Pinned> read_pins() {
   std::vector<Pinned> pins;
-  static const toml::table file = toml::parse_file(HDMBENCH_ATLAS_PINS);
+  static const toml::table file = toml::parse_file(HDMBENCH_SOURCE "/test/atlas_pins.toml");
   for (const auto& row : *file["pins"].as_array()) {
     const toml::array& one = *row.as_array();
     const auto number = [&](std::size_t i) { return one[i].value<double>().value(); };

@@ -5,24 +5,12 @@
 
 #include "backends/cpu/cpu.hpp"
 #include "backends/shared/energy_programs.hpp"
-#include "harness/check/compare.hpp"
 #include "harness/scene/level_sequence.hpp"
-#include "harness/solve/solve.hpp"
 #include "test/bit_cases.hpp"
 #include "test/files.hpp"
 #include "test/sessions.hpp"
 
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
 #include <atomic>
-#include <cmath>
-#include <cstdlib>
-#include <limits>
-#include <tuple>
 
 namespace hdmbench {
 namespace {
@@ -36,10 +24,8 @@ using test::Way;
 class BackendTest : public testing::TestWithParam<std::string> {
 protected:
   void SetUp() override {
-    try {
-      (void)backend().devices();
-    } catch (const DeviceError& error) {
-      GTEST_SKIP() << GetParam() << " is not there: " << error.what();
+    if (const std::string reason = test::why_absent(backend()); !reason.empty()) {
+      GTEST_SKIP() << reason;
     }
   }
   [[nodiscard]] const Backend& backend() const { return test::find(GetParam()); }
@@ -59,16 +45,10 @@ class SameBits : public testing::TestWithParam<std::tuple<std::string, Group>> {
 TEST_P(SameBits, AsScalar) {
   const auto& [name, group] = GetParam();
   const Backend& backend = test::find(name);
-  try {
-    (void)backend.devices();
-  } catch (const DeviceError& error) {
-    GTEST_SKIP() << name << " is not there: " << error.what();
+  if (const std::string reason = test::why_absent(backend); !reason.empty()) {
+    GTEST_SKIP() << reason;
   }
-  const std::vector<Way> ways = ways_of(backend, group);
-  if (ways.empty()) {
-    GTEST_SKIP() << name << " has one way only";
-  }
-  expect_scalars_bits(backend, ways, ExpectedBits(cases_of(group)));
+  expect_scalars_bits(backend, ways_of(backend, group), ExpectedBits(cases_of(group)));
 }
 
 std::string name_of_test(const testing::TestParamInfo<SameBits::ParamType>& information) {
@@ -78,9 +58,7 @@ std::string name_of_test(const testing::TestParamInfo<SameBits::ParamType>& info
 const std::vector<std::string> names = test::backend_names();
 INSTANTIATE_TEST_SUITE_P(Registry, SameBits,
                          testing::Combine(testing::ValuesIn(names.begin() + 1, names.end()),
-                                          testing::Values(Group::sizes, Group::rules, Group::candidates,
-                                                          Group::tiles, Group::waking, Group::pyramids,
-                                                          Group::layouts)),
+                                          testing::ValuesIn(test::all_groups)),
                          name_of_test);
 
 void expect_elastic_bits(ElasticSession& session, std::string_view way) {

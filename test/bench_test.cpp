@@ -7,18 +7,6 @@
 #include "test/program.hpp"
 #include "test/sessions.hpp"
 
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <random>
-#include <tuple>
-#include <utility>
-#include <vector>
-
 namespace hdmbench {
 namespace {
 
@@ -142,8 +130,6 @@ TEST(Roofline, OnlyLevelsThatNoCacheHoldsCountAsMemory) {
   EXPECT_DOUBLE_EQ(cost->bytes, cost->bytes_from_memory + 40.0 * 10 * static_cast<double>(sites / 2));
   EXPECT_DOUBLE_EQ(cost->operations, 10.0 * static_cast<double>(sites / 2 + 2 * sites + 1000) * 199);
 }
-
-using testing::HasSubstr;
 
 /// U of `second` is u, without ties.
 double p_of(std::size_t m, std::size_t n, std::size_t u) {

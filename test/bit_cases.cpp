@@ -26,17 +26,6 @@ BitCase with_calls(BitCase bit_case, std::vector<int> calls) {
   return bit_case;
 }
 
-/// One modulus, nothing observed; what is done to it makes the case.
-Level plain_level(Extent extent, float modulus = 7.0F) {
-  Level level{.extent = extent,
-              .target = VectorField(extent),
-              .confidence = VectorField(extent),
-              .modulus = ScalarField(extent, modulus),
-              .penalty = 1000.0F};
-  set_inverse_modulus(level);
-  return level;
-}
-
 /// Rows of every length up to some vectors, by the four paths that a row of the openmp backend can take.
 Cases rows_of_every_length() {
   Cases cases;
@@ -134,12 +123,12 @@ Cases tiles() {
   for (const int x : {62, 63, 64, 100, 127, 128}) {
     for (const int y : {30, 31, 32, 47, 48, 64}) {
       const std::size_t site = extent.index(x, y);
-      Problem problem{.level = plain_level(extent), .start = start};
+      Problem problem{.level = plain_level(extent, 7.0F), .start = start};
       problem.level.confidence[1][site] = 0.5F;
       problem.level.target[1][site] = 9.0F;
       cases.push_back(
           {.name = fmt::format("observation at {}, {}", x, y), .problem = problem, .calls = {1, 1}});
-      problem.level = plain_level(extent);
+      problem.level = plain_level(extent, 7.0F);
       problem.level.modulus.values[site] = 1.5F;
       set_inverse_modulus(problem.level);
       cases.push_back({.name = fmt::format("modulus at {}, {}", x, y), .problem = problem, .calls = {1, 1}});
@@ -186,13 +175,13 @@ Cases waking() {
       start[0][extent.index(x, y)] = 300.0F;
       start[1][extent.index(x, y)] = -300.0F;
       cases.push_back({.name = fmt::format("spike at {}, {}", x, y),
-                       .problem = {.level = plain_level(extent), .start = start},
+                       .problem = {.level = plain_level(extent, 7.0F), .start = start},
                        .calls = {1, 1, 1, 1, 1, 1, 1, 1, 4, 4, 14}});
     }
   }
   // All tiles fall asleep; what is written wakes them.
   cases.push_back({.name = "at rest, then a random field",
-                   .problem = {.level = plain_level({192, 48}), .start = VectorField({192, 48})},
+                   .problem = {.level = plain_level({192, 48}, 7.0F), .start = VectorField({192, 48})},
                    .calls = {4, 5},
                    .again = random_problem({192, 48}, Texture::tie_rich, 8).start});
   // A front that runs through a field at rest; then a site far from it, where larger tiles sleep too.
@@ -304,11 +293,8 @@ Cases layouts() {
 
 // ---- The elastic energy
 
-/// A step on any session, under a name.
-struct Operation {
-  std::string name;
-  std::function<void(ElasticSession&)> call;
-};
+/// The name of a step, and the step on any session.
+using Operation = std::pair<std::string, std::function<void(ElasticSession&)>>;
 
 std::vector<Operation> operations_of(int levels) {
   using enum ElasticField;
@@ -389,7 +375,7 @@ std::vector<ElasticCase> elastic_cases() {
                               {2, 37},
                               {37, 2},
                               {50, 3},
-                              Extent{9, 7},
+                              {9, 7},
                               {16, 16},
                               {17, 33},
                               {40, 23},
@@ -452,31 +438,16 @@ BitCase random_bit_case(Extent extent, Texture texture, std::uint64_t seed, std:
 }
 
 std::vector<BitCase> cases_of(Group group) {
-  switch (group) {
-  case Group::sizes:
-    return sizes();
-  case Group::rules:
-    return rules();
-  case Group::candidates:
-    return candidates();
-  case Group::tiles:
-    return tiles();
-  case Group::waking:
-    return waking();
-  case Group::pyramids:
-    return pyramids();
-  case Group::layouts:
-    return layouts();
-  }
-  return {};
+  static constexpr std::array makers{sizes, rules, candidates, tiles, waking, pyramids, layouts};
+  return makers.at(static_cast<std::size_t>(group))();
 }
 
 std::vector<State> do_case(Session& session, const BitCase& bit_case, bool one_by_one) {
   std::vector<State> states;
   const auto look = [&] { states.push_back({.field = read(session), .changed = session.changed()}); };
-  if (bit_case.is_pyramid()) {
-    const Pyramid pyramid = bit_case.pyramid();
-    session.load(pyramid);
+  if (!bit_case.levels.empty()) {
+    session.load(
+        Pyramid{.full = &bit_case.problem.level, .alignment = bit_case.alignment, .levels = bit_case.levels});
     for (int time = 0; time < 2; ++time) {
       session.solve();
       look();
@@ -484,10 +455,10 @@ std::vector<State> do_case(Session& session, const BitCase& bit_case, bool one_b
     return states;
   }
   const auto step = [&](int sweeps) {
-    for (int i = 0; one_by_one && i + 1 < sweeps; ++i) {
+    for (; one_by_one && sweeps > 1; --sweeps) {
       session.step(1);
     }
-    session.step(one_by_one ? std::min(sweeps, 1) : sweeps);
+    session.step(sweeps);
     look();
   };
   begin(session, bit_case.problem);
@@ -542,16 +513,13 @@ std::string ExpectedBits::differences(Session& session, int* refused) const {
 std::vector<Way> ways_of(const Backend& backend, Group group) {
   const bool has_threads = backend.threads({.device = {}, .threads = 2}) == 2;
   std::vector<Way> ways;
-  const auto add = [&](std::string name, SessionOptions options) {
+  for (const int threads : !has_threads              ? std::vector{1}
+                           : group == Group::layouts ? std::vector{3, 4, 6, 7, 8}
+                                                     : std::vector{1, 2, 5}) {
     for (const Work work : {Work::dense, Work::active}) {
-      options.work = work;
-      ways.push_back({fmt::format("{}, {}", work_names[static_cast<std::size_t>(work)], name), options});
+      ways.push_back({fmt::format("{}, {} threads", work_names[static_cast<std::size_t>(work)], threads),
+                      {.device = {}, .threads = threads, .work = work}});
     }
-  };
-  const std::vector<int> others{3, 4, 6, 7, 8};
-  const std::vector<int> usual = has_threads ? std::vector{1, 2, 5} : std::vector{1};
-  for (const int threads : group == Group::layouts && has_threads ? others : usual) {
-    add(fmt::format("{} threads", threads), {.device = {}, .threads = threads});
   }
   return ways;
 }

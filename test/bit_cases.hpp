@@ -4,7 +4,6 @@
 #include "backends/shared/elastic_session.hpp"
 #include "test/random_level.hpp"
 
-#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -24,12 +23,6 @@ struct BitCase {
   /// Not empty: these are solved twice instead, from the null field.
   std::vector<PyramidLevel> levels{};
   Alignment alignment = Alignment::corner;
-
-  [[nodiscard]] bool is_pyramid() const { return !levels.empty(); }
-  /// Refers to problem.level.
-  [[nodiscard]] Pyramid pyramid() const {
-    return {.full = &problem.level, .alignment = alignment, .levels = levels};
-  }
 };
 
 /// What the groups of cases are about.
@@ -44,6 +37,8 @@ enum class Group {
 };
 inline constexpr std::array<std::string_view, 7> group_names{"sizes",  "rules",    "candidates", "tiles",
                                                              "waking", "pyramids", "layouts"};
+inline constexpr std::array all_groups{Group::sizes,  Group::rules,    Group::candidates, Group::tiles,
+                                       Group::waking, Group::pyramids, Group::layouts};
 [[nodiscard]] std::vector<BitCase> cases_of(Group group);
 
 /// Levels of the elastic energy, on which a session does every step of its methods.

@@ -2,11 +2,6 @@
 #include "harness/scene/sites.hpp"
 #include "test/files.hpp"
 
-#include <algorithm>
-#include <cstddef>
-#include <optional>
-#include <utility>
-
 namespace hdmbench {
 namespace {
 

@@ -3,15 +3,10 @@
 #include "test/chromium.hpp"
 #include "test/program.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
-
 namespace hdmbench {
 namespace {
 
 using nlohmann::json;
-using testing::HasSubstr;
 
 /// A page, and the browser's answers to it.
 class Browser : public test::Chromium {

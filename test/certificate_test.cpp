@@ -4,19 +4,8 @@
 #include "harness/check/certificate.hpp"
 
 #include "harness/check/bounded_real.hpp"
-#include "harness/check/verify.hpp"
-#include "harness/scene/sites.hpp"
 #include "reference/thesis_energy.hpp"
 #include "test/scenes.hpp"
-#include "test/sessions.hpp"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <numeric>
-#include <random>
 
 namespace hdmbench {
 namespace {
@@ -59,10 +48,10 @@ struct Judged {
   int refused = 0;
 };
 
-/// Levels on which the two candidates nearly tie at the site in the middle: the displacement beside it
-/// lies within some units in the last place of where they do.
-template <typename Call>
-void for_each_near_tie(const Call& call) {
+/// Errors of `factor` bounds, to the advantage of either of two candidates that nearly tie at the site in the
+/// middle: the displacement beside it lies within some units in the last place of where they do.
+Judged judge_misled(double factor) {
+  Judged judged;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
     auto [level, start] = test::random_problem({5, 5}, Texture::smooth, seed, StepSet::parse("0,0.1"));
     level.confidence = VectorField(level.extent);
@@ -83,28 +72,19 @@ void for_each_near_tie(const Call& call) {
       low = std::nextafter(low, -1000.0F);
     }
     east = low;
-    for (int i = 0; i < 200; ++i) {
-      call(level, start);
-      east = std::nextafter(east, 1000.0F);
-    }
-  }
-}
-
-/// Errors of `factor` bounds where two candidates nearly tie, to the advantage of either.
-Judged judge_misled(double factor) {
-  Judged judged;
-  for_each_near_tie([&](const Level& level, const VectorField& start) {
-    const std::vector<bounded::real> changes = changes_at(level, start, 2, 2);
-    const SiteAnswer expected = proofs_of(level).specified_answer(level, start, 0, 2, 2);
-    for (const std::size_t favoured : {0, 1}) {
-      const std::size_t chosen = misled_choice(changes, favoured, factor);
-      const float moved = start[0][level.extent.index(2, 2)] + level.steps.values()[chosen];
-      if (moved != expected.x) {
-        const bool holds = proofs_of(level).certify(level, start, 0, 2, 2, {moved, expected.y}).holds;
-        ++(holds ? judged.certified : judged.refused);
+    for (int i = 0; i < 200; ++i, east = std::nextafter(east, 1000.0F)) {
+      const std::vector<bounded::real> changes = changes_at(level, start, 2, 2);
+      const SiteAnswer expected = proofs_of(level).specified_answer(level, start, 0, 2, 2);
+      for (const std::size_t favoured : {0, 1}) {
+        const std::size_t chosen = misled_choice(changes, favoured, factor);
+        const float moved = start[0][level.extent.index(2, 2)] + level.steps.values()[chosen];
+        if (moved != expected.x) {
+          const bool holds = proofs_of(level).certify(level, start, 0, 2, 2, {moved, expected.y}).holds;
+          ++(holds ? judged.certified : judged.refused);
+        }
       }
     }
-  });
+  }
   return judged;
 }
 
@@ -205,23 +185,21 @@ TEST(RoundingBound, IsNeverExceededAndIsReached) {
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
       const auto [level, field] = test::random_problem({60, 50}, texture, seed);
       const ThesisEnergy energy(level, field);
-      for (int y = 0; y < level.extent.height; ++y) {
-        for (int x = 0; x < level.extent.width; ++x) {
-          for (const float step : {-1.0F, 0.1F}) {
-            const HdmInFloat::Site site = gather<HdmInFloat>(level, field, x, y);
-            const HdmInFloat::Prior prior = HdmInFloat::prior_of(site);
-            const float computed =
-                HdmInFloat::energy_change(step, prior.gradient_x, prior.curvature_x,
-                                          site.target_x - site.dx.centre, site.penalty * site.confidence_x);
-            const double moved = double{site.dx.centre} + double{step};
-            const double exact = energy.at(x, y, {moved, site.dy.centre}).x - energy.at(x, y).x;
-            const double error = std::abs(static_cast<double>(computed) - exact);
-            const double bound = change_bound(level, field, x, y, step);
-            ASSERT_LE(error, bound) << "seed " << seed << ", x = " << x << ", y = " << y << ", step " << step;
-            largest_share = std::max(largest_share, error / bound);
-          }
+      for_each_site(level.extent, [&, &level = level, &field = field](int x, int y) {
+        for (const float step : {-1.0F, 0.1F}) {
+          const HdmInFloat::Site site = gather<HdmInFloat>(level, field, x, y);
+          const HdmInFloat::Prior prior = HdmInFloat::prior_of(site);
+          const float computed =
+              HdmInFloat::energy_change(step, prior.gradient_x, prior.curvature_x,
+                                        site.target_x - site.dx.centre, site.penalty * site.confidence_x);
+          const double moved = double{site.dx.centre} + double{step};
+          const double exact = energy.at(x, y, {moved, site.dy.centre}).x - energy.at(x, y).x;
+          const double error = std::abs(static_cast<double>(computed) - exact);
+          const double bound = change_bound(level, field, x, y, step);
+          ASSERT_LE(error, bound) << "seed " << seed << ", x = " << x << ", y = " << y << ", step " << step;
+          largest_share = std::max(largest_share, error / bound);
         }
-      }
+      });
     }
     EXPECT_GE(largest_share, 0.1) << "a bound that nothing comes near lets mistakes pass";
   }

@@ -3,12 +3,7 @@
 #include "backends/shared/subprocess.hpp"
 #include "test/files.hpp"
 
-#include <gtest/gtest.h>
-
 #include <exception>
-#include <filesystem>
-#include <string>
-#include <vector>
 
 namespace hdmbench::test {
 

@@ -11,11 +11,6 @@
 #include "test/program.hpp"
 #include "test/scenes.hpp"
 
-#include <gtest/gtest.h>
-
-#include <set>
-#include <string>
-
 #ifdef HDMBENCH_WITH_GL
 #include "harness/check/faults/device_faults.hpp"
 #endif
@@ -25,47 +20,20 @@ namespace {
 
 using test::scalar;
 
-class CoupledOn : public testing::TestWithParam<std::string> {
-protected:
-  void SetUp() override {
-    try {
-      (void)backend().devices();
-    } catch (const DeviceError& error) {
-      GTEST_SKIP() << error.what();
-    }
-  }
-  static const Backend& backend() { return test::find(GetParam()); }
-};
-
 /// From the null field, with a rim that pulls and an inside in which nothing happens at first.
 Scene pulled_scene(Extent extent) {
   Scene scene = test::pulled_scene(extent, 3.0F);
   scene.name = "coupled";
-  for (int y = extent.height / 3; y < extent.height / 2; ++y) {
-    for (int x = extent.width / 3; x < extent.width / 2; ++x) {
-      scene.full.modulus.values[extent.index(x, y)] = 8.0F;
-    }
-  }
+  for_each_site(extent, [&](int x, int y) {
+    const bool inside = x / (extent.width / 3) == 1 && y / (extent.height / 3) == 1;
+    scene.full.modulus.values[extent.index(x, y)] = inside ? 8.0F : 1.0F;
+  });
   set_inverse_modulus(scene.full);
   test::couple(scene.full);
   scene.schedule.iterations = 12;
   scene.schedule.start_level = {};
   return scene;
 }
-
-TEST_P(CoupledOn, VerifyAgreesInEveryMode) {
-  for (const Extent extent : {Extent{90, 61}, Extent{33, 64}}) {
-    const Scene scene = pulled_scene(extent);
-    const std::vector<Comparison> comparisons = test::verified(scene, backend());
-    EXPECT_EQ(comparisons.size(), 4U); // the pyramid in one piece among them
-    for (const Comparison& comparison : comparisons) {
-      EXPECT_TRUE(comparison.verdict == Verdict::agree || test::is_idle(comparison))
-          << name_of(comparison.mode) << ": " << name_of(comparison.verdict) << " " << comparison.reason;
-    }
-  }
-}
-
-INSTANTIATE_TEST_SUITE_P(Energy, CoupledOn, testing::ValuesIn(test::backend_names()), test::parameter_name);
 
 /// As users have it: a scene file or the command line names it, and `verify` compares all backends.
 TEST(CoupledEnergy, IsChosenByItsName) {
@@ -103,14 +71,8 @@ dx = 0.0
       compared.insert(row["backend"].get<std::string>());
     }
   }
-  for (const std::string& backend : test::backend_names()) {
-    bool is_there = true;
-    try {
-      (void)test::find(backend).devices();
-    } catch (const DeviceError&) {
-      is_there = false;
-    }
-    EXPECT_TRUE(compared.contains(backend) || !is_there) << backend;
+  for (const Backend* const backend : test::present_backends()) {
+    EXPECT_TRUE(compared.contains(std::string(backend->name()))) << backend->name();
   }
 
   const auto mean_energy_of = [&](const std::string& arguments) {

@@ -5,13 +5,6 @@
 #include "test/files.hpp"
 #include "test/sessions.hpp"
 
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <functional>
-
 namespace hdmbench {
 namespace {
 
@@ -39,20 +32,15 @@ TEST(CutSession, GivesScalarsBits) {
     observed.back().calls = {1, 1, 3, 4, 5, 9, 40, 131}; // halos are renewed on the way
   }
   const test::ExpectedBits seams(std::move(observed));
-  struct Cutting {
-    const char* inner;
-    Work work;
-    Fits fits;
-    test::Group group;
-  };
   const auto small = [](Extent extent) { return extent.sites() <= 1300; };
   const auto low = [](Extent extent) { return extent.height <= 17; };
   const auto narrow = [](Extent extent) { return extent.width <= 20 && extent.height <= 30; };
   for (const auto& [inner, work, fits, group] :
-       {Cutting{"scalar", Work::dense, small, test::Group::rules},
-        Cutting{"openmp", Work::active, small, test::Group::pyramids},
-        Cutting{"openmp", Work::active, low, test::Group::waking},
-        Cutting{"scalar", Work::dense, narrow, test::Group::sizes}}) {
+       std::initializer_list<std::tuple<const char*, Work, Fits, test::Group>>{
+           {"scalar", Work::dense, small, test::Group::rules},
+           {"openmp", Work::active, small, test::Group::pyramids},
+           {"openmp", Work::active, low, test::Group::waking},
+           {"scalar", Work::dense, narrow, test::Group::sizes}}) {
     int cut = 0;
     const auto backend = limited(inner, fits, cut);
     const auto session = backend.open({.device = {}, .threads = 2, .work = work});

@@ -6,8 +6,6 @@
 #include "test/person.hpp"
 #include "test/sessions.hpp"
 
-#include <fmt/format.h>
-
 namespace hdmbench {
 namespace {
 

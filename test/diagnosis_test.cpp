@@ -4,17 +4,6 @@
 #include "harness/judge/truths.hpp"
 #include "reference/fixed_point.hpp"
 #include "test/scenes.hpp"
-#include "test/sessions.hpp"
-
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <limits>
-#include <random>
 
 namespace hdmbench {
 namespace {
@@ -22,7 +11,6 @@ namespace {
 using test::know_column;
 using test::plain_scene;
 using test::pulled_scene;
-using testing::HasSubstr;
 
 bool has(const Warnings& warnings, std::string_view kind) {
   return std::ranges::find(warnings, kind, &Warning::kind) != warnings.end();

@@ -6,13 +6,9 @@
 #include "kernels/specification/elastic/elastic.hpp"
 #include "reference/finite_elements.hpp"
 #include "test/random_level.hpp"
+#include "test/suite.hpp"
 
 #include <Eigen/Eigenvalues>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
 
 namespace hdmbench {
 namespace {

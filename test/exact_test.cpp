@@ -5,24 +5,11 @@
 
 #include "test/files.hpp"
 #include "test/scenes.hpp"
-#include "test/sessions.hpp"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <array>
-#include <cmath>
-#include <functional>
-#include <optional>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace hdmbench {
 namespace {
 
 using test::Texture;
-using testing::HasSubstr;
 
 /// What the first sweep that is not exact says; empty where all are.
 std::string inexact(const Scene& scene) {
@@ -36,22 +23,16 @@ std::string inexact(const Scene& scene) {
   return text;
 }
 
-class ExactScene : public testing::TestWithParam<std::string> {
-protected:
-  const Scene scene_ = load_scene(GetParam());
-};
+class ExactScene : public testing::TestWithParam<std::string> {};
 
-TEST_P(ExactScene, IsDeclaredAndProvenAtEverySweep) {
-  EXPECT_TRUE(scene_.exact);
-  EXPECT_EQ(inexact(scene_), "");
-}
-
-TEST_P(ExactScene, IsProvenAtOtherSizesAndForEveryOrderOfSites) {
-  for (const Extent extent : {Extent{1, 1}, Extent{2, 8}, Extent{32, 16}, Extent{16, 16}}) {
+/// Extent{}: its own size.
+TEST_P(ExactScene, IsDeclaredAndProvenAtEverySweepOfEverySizeAndOrderOfSites) {
+  for (const Extent extent : {Extent{}, Extent{1, 1}, Extent{2, 8}, Extent{32, 16}, Extent{16, 16}}) {
     for (const Update update : test::simultaneous_and_coloured) {
-      Scene scene = load_scene(GetParam(), {.size = extent});
-      scene.full.update = update;
+      Scene scene =
+          load_scene(GetParam(), {.size = extent == Extent{} ? std::nullopt : std::optional(extent)});
       EXPECT_TRUE(scene.exact);
+      scene.full.update = update;
       EXPECT_EQ(inexact(scene), "") << extent.width << " x " << extent.height;
     }
   }

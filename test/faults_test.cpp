@@ -5,10 +5,6 @@
 #include "test/program.hpp"
 #include "test/scenes.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
 #include <cctype>
 
 #ifdef HDMBENCH_WITH_GL
@@ -21,7 +17,6 @@ namespace {
 using faults::Expected;
 using faults::Planted;
 using faults::TrialScene;
-using testing::HasSubstr;
 
 nlohmann::json try_on(const Planted& planted, const TrialScene& scene) {
   return faults::try_out(planted, test::scalar(), std::span(&scene, 1), test::silent());

@@ -3,19 +3,7 @@
 #include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
 #include "kernels/data/input_error.hpp"
-
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <functional>
-#include <iterator>
-#include <random>
-#include <string>
-#include <string_view>
-#include <vector>
+#include "test/suite.hpp"
 
 namespace hdmbench::test {
 
@@ -28,6 +16,18 @@ public:
     return file;
   }
 };
+
+/// The bytes of the files in a folder, by name; none where there is no such folder.
+inline std::map<std::string, std::string> files_in(const std::filesystem::path& folder) {
+  std::map<std::string, std::string> files;
+  if (std::filesystem::exists(folder)) {
+    for (const auto& entry : std::filesystem::directory_iterator(folder)) {
+      std::ifstream stream(entry.path(), std::ios::binary);
+      files[entry.path().filename()].assign(std::istreambuf_iterator<char>(stream), {});
+    }
+  }
+  return files;
+}
 
 /// What the error says that `call` throws; "accepted" where there is none.
 template <typename Error = InputError, typename Call>
@@ -84,12 +84,13 @@ protected:
                  std::string_view(whole).substr(0, static_cast<std::size_t>(share * double(whole.size()))));
   }
 
+  /// Names of the files and folders, in alphabetical order.
   [[nodiscard]] std::vector<std::string> files() const {
-    std::vector<std::string> names;
+    std::set<std::string> names;
     for (const auto& entry : fs::directory_iterator(folder_.path())) {
-      names.push_back(entry.path().filename().string());
+      names.insert(entry.path().filename());
     }
-    return names;
+    return {names.begin(), names.end()};
   }
 
 private:

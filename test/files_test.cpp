@@ -1,51 +1,31 @@
 // What is read and where it is written: links, pipes, devices, modes, full disks.
 
-#include "harness/scene/files.hpp"
-#include "kernels/data/input_error.hpp"
 #include "test/files.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <sys/resource.h>
 #include <sys/stat.h>
 
 #include <csignal>
-#include <fstream>
-#include <iterator>
 #include <thread>
 
 namespace hdmbench {
 namespace {
 
-namespace fs = std::filesystem;
-using testing::ElementsAre;
-using testing::HasSubstr;
-
 using test::refusal;
 
-class Files : public testing::Test {
+class Files : public ImageFiles {
 protected:
-  [[nodiscard]] fs::path path(const char* name) const { return folder_.path() / name; }
-  [[nodiscard]] std::vector<std::string> names() const {
-    std::vector<std::string> found;
-    for (const auto& entry : fs::directory_iterator(folder_.path())) {
-      found.push_back(entry.path().filename().string());
-    }
-    std::ranges::sort(found);
-    return found;
-  }
-
-  test::TemporaryFolder folder_;
+  void SetUp() override {} // these are no images
 };
 
 TEST_F(Files, AreReplacedWithTheirMode) {
-  const fs::path file = folder_.write("a.json", "old");
+  const fs::path file = write("a.json", "old");
   fs::permissions(file, fs::perms::owner_read | fs::perms::owner_write | fs::perms::group_write);
   write_text(file, "new");
   EXPECT_EQ(read_file(file), "new");
   EXPECT_EQ(fs::status(file).permissions(),
             fs::perms::owner_read | fs::perms::owner_write | fs::perms::group_write);
-  EXPECT_THAT(names(), ElementsAre("a.json"));
+  EXPECT_THAT(files(), ElementsAre("a.json"));
   fs::permissions(file, fs::perms::owner_read);
   EXPECT_THAT(refusal([&] { write_text(file, "newer"); }), HasSubstr("a.json: is read-only"));
   EXPECT_EQ(read_file(file), "new");
@@ -53,7 +33,7 @@ TEST_F(Files, AreReplacedWithTheirMode) {
 
 TEST_F(Files, AreWrittenWhereLinksLead) {
   fs::create_directory(path("elsewhere"));
-  const fs::path file = folder_.write("elsewhere/a.json", "old");
+  const fs::path file = write("elsewhere/a.json", "old");
   fs::create_symlink("elsewhere/a.json", path("link"));
   fs::create_symlink("link", path("link-to-link"));
   fs::create_symlink(path("elsewhere") / "b.json", path("dangling"));
@@ -85,7 +65,7 @@ TEST_F(Files, ThatArePipesAndDevicesAreWrittenTo) {
 }
 
 TEST_F(Files, ThatCannotBeWrittenWholeLeaveNothing) {
-  const fs::path file = folder_.write("a.json", "old");
+  const fs::path file = write("a.json", "old");
   EXPECT_THROW(write_atomically(file,
                                 [&](const fs::path& partial) {
                                   std::ofstream(partial) << "half";
@@ -102,7 +82,7 @@ TEST_F(Files, ThatCannotBeWrittenWholeLeaveNothing) {
   std::signal(SIGXFSZ, handler);
   EXPECT_THAT(why, HasSubstr("a.json: cannot be written: File too large"));
   EXPECT_EQ(read_file(file), "old");
-  EXPECT_THAT(names(), ElementsAre("a.json"));
+  EXPECT_THAT(files(), ElementsAre("a.json"));
 }
 
 } // namespace

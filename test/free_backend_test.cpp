@@ -2,14 +2,8 @@
 // land in the third tier: no more differs than rounding explains, and nothing where all is exact.
 
 #include "backends/cpu/cpu.hpp"
-#include "harness/scene/sites.hpp"
 #include "test/bit_cases.hpp"
 #include "test/scenes.hpp"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <ostream>
 
 namespace hdmbench::energies::Hdm::contracted {
 /// row.cpp built with fused multiply-adds.
@@ -25,10 +19,6 @@ namespace hdmbench {
 namespace {
 
 using test::Texture;
-
-bool has_fused_multiply_add() {
-  return __builtin_cpu_supports("fma") != 0 && __builtin_cpu_supports("avx2") != 0;
-}
 
 /// Candidates nearly tie everywhere, and no two neighbours in a row have one modulus. Where all have, a
 /// compiler with -ffast-math takes the ratio out of the sums and is left with d_s - 2 d_t + d_u: that is no
@@ -53,7 +43,7 @@ struct FreeRow {
 class FreeBackend : public testing::TestWithParam<FreeRow> {
 protected:
   void SetUp() override {
-    if (!has_fused_multiply_add()) {
+    if (__builtin_cpu_supports("fma") == 0 || __builtin_cpu_supports("avx2") == 0) {
       GTEST_SKIP() << "this processor has no fused multiply-add";
     }
   }

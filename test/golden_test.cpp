@@ -4,28 +4,15 @@
 #include "harness/check/golden.hpp"
 
 #include "harness/check/faults/faulty_backend.hpp"
-#include "kernels/data/input_error.hpp"
 #include "test/files.hpp"
 #include "test/program.hpp"
 #include "test/sessions.hpp"
-
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
-
-#include <algorithm>
-#include <cmath>
-#include <fstream>
-#include <limits>
 
 namespace hdmbench {
 namespace {
 
 using faults::Fault;
 using faults::FaultyBackend;
-using testing::HasSubstr;
-using testing::IsEmpty;
 
 TEST(StateHash, SeesEveryBitButTheSignOfZero) {
   const VectorField zero({3, 2});
@@ -91,29 +78,18 @@ TEST(GoldenFile, TheCommittedOneHasEveryCaseAndNoOther) {
   EXPECT_EQ(found + absent, committed_golden().size());
 }
 
-/// A small committed case, so that a planted fault costs little.
-const GoldenEntry& entry_of(const std::string& scene, const std::string& method) {
-  const auto& entries = committed_golden();
-  const auto found = std::ranges::find_if(entries, [&](const GoldenEntry& entry) {
-    return entry.problem.scene == scene && entry.problem.method == method;
-  });
-  if (found == entries.end()) {
-    throw InputError("golden.json has no " + scene + " by " + method);
-  }
-  return *found;
-}
-
-Scene scene_of(const GoldenEntry& entry) {
-  for (const Case& one : golden_cases()) {
-    if (one.scene == entry.problem.scene && one.size == entry.problem.size) {
-      Scene scene = load_case(one);
-      if (case_of(scene) == entry.problem) {
-        return scene;
+/// A small committed case, so that a planted fault costs little, and its scene.
+struct Golden : testing::Test {
+  static std::pair<GoldenEntry, Scene> committed(const std::string& name, const std::string& method) {
+    for (const Case& one : golden_cases()) {
+      if (one.scene == name && one.method == method) {
+        Scene scene = load_case(one);
+        return {*find_golden(committed_golden(), case_of(scene)), std::move(scene)};
       }
     }
+    throw InputError("there is no golden case of " + name + " by " + method);
   }
-  throw InputError("no golden case is " + entry.problem.name());
-}
+};
 
 GoldenResult check(const GoldenEntry& golden, const Scene& scene, const Backend& backend,
                    const SessionOptions& options = {}) {
@@ -127,7 +103,7 @@ GoldenResult check(const GoldenEntry& golden, const Scene& scene, const Backend&
 const Fault one_ulp{.name = "one_ulp",
                     .in_read = [](VectorField& field) { field[0][0] = std::nextafter(field[0][0], 100.0F); }};
 
-TEST(Golden, PlantedFaultsAreSeenAtTheirLevel) {
+TEST_F(Golden, PlantedFaultsAreSeenAtTheirLevel) {
   std::vector<Fault> faults;
   faults.push_back({.name = "one_ulp_on_level_2", .in_read = [](VectorField& field) {
                       if (field.extent.width == 32) {
@@ -139,18 +115,17 @@ TEST(Golden, PlantedFaultsAreSeenAtTheirLevel) {
                         level.steps = StepSet::parse("0");
                       }
                     }});
-  const GoldenEntry& entry = entry_of("circular", "icm");
+  const auto [entry, scene] = committed("circular", "icm");
   for (const Fault& fault : faults) {
-    const GoldenResult result = check(entry, scene_of(entry), FaultyBackend(test::scalar(), fault));
+    const GoldenResult result = check(entry, scene, FaultyBackend(test::scalar(), fault));
     EXPECT_EQ(result.outcomes.at(0).verdict, Verdict::agree);
     EXPECT_EQ(result.outcomes.at(1).verdict, Verdict::disagree) << fault.name;
     EXPECT_EQ(result.outcomes.at(1).first_difference, 2) << fault.name;
   }
 }
 
-TEST(Golden, OtherInputsAreNotBlamedOnTheSweep) {
-  const GoldenEntry& entry = entry_of("circular", "icm");
-  Scene scene = scene_of(entry);
+TEST_F(Golden, OtherInputsAreNotBlamedOnTheSweep) {
+  auto [entry, scene] = committed("circular", "icm");
   scene.full.target[0][5] = std::nextafter(scene.full.target[0][5], 100.0F);
   const GoldenResult result = check(entry, scene, test::find("openmp"));
   EXPECT_THAT(result.inputs_reason, HasSubstr("the scene itself is another one"));
@@ -161,11 +136,10 @@ TEST(Golden, OtherInputsAreNotBlamedOnTheSweep) {
   EXPECT_EQ(check(entry, scene, faulty).outcomes.at(1).verdict, Verdict::disagree);
 }
 
-TEST(Golden, EveryPartOfAnEntryCounts) {
+TEST_F(Golden, EveryPartOfAnEntryCounts) {
   const Backend& openmp = test::find("openmp");
-  const GoldenEntry& sound = entry_of("circular", "icm");
-  const Scene scene = scene_of(sound);
-  const auto verdict = [&](auto&& change) {
+  const auto [sound, scene] = committed("circular", "icm");
+  const auto verdict = [&, &sound = sound, &scene = scene](auto&& change) {
     GoldenEntry entry = sound;
     change(entry);
     return check(entry, scene, openmp).outcomes.at(1).verdict;
@@ -181,11 +155,10 @@ TEST(Golden, EveryPartOfAnEntryCounts) {
   EXPECT_EQ(verdict([](GoldenEntry& entry) { entry.inputs.levels.at(2) ^= 1; }), Verdict::mistrusted);
 }
 
-TEST(Golden, OnlyWhatAllAgreeOnBecomesGolden) {
-  const GoldenEntry& entry = entry_of("tie-rich", "icm");
+TEST_F(Golden, OnlyWhatAllAgreeOnBecomesGolden) {
+  const auto [entry, scene] = committed("tie-rich", "icm");
   GoldenEntry outdated = entry;
   outdated.levels.back().hash ^= 1;
-  const Scene scene = scene_of(entry);
   EXPECT_THAT(doubt_about(check(outdated, scene, test::find("openmp"))), IsEmpty());
   const FaultyBackend faulty(test::scalar(), one_ulp);
   EXPECT_THAT(doubt_about(check(entry, scene, faulty)), HasSubstr("one_ulp and scalar disagree"));

@@ -6,17 +6,8 @@
 #include "test/files.hpp"
 #include "test/program.hpp"
 
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <cstdlib>
-#include <tuple>
-
 namespace hdmbench {
 namespace {
-
-using testing::HasSubstr;
 
 Implementation with_driver(const std::string& library) {
   return {library,

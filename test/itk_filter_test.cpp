@@ -1,18 +1,10 @@
 // harness/itk's filter: the bits of solve() whatever the geometry, the types and the parameters, and where
 // fields lie.
 
-#include "backends/registry.hpp"
-#include "harness/check/compare.hpp"
-#include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/solve/methods/solver.hpp"
-#include "harness/solve/solve.hpp"
 #include "test/files.hpp"
 #include "test/scenes.hpp"
 
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <itkDisplacementFieldTransform.h>
 #include <itkHDMRegularizationFilter.h>
 #include <itkImageFileReader.h>
@@ -21,17 +13,8 @@
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
 
-#include <array>
-#include <cmath>
-#include <functional>
-#include <limits>
-#include <sstream>
-#include <utility>
-
 namespace hdmbench {
 namespace {
-
-using testing::HasSubstr;
 
 using Filter = itk::HDMRegularizationFilter<>;
 using Field = Filter::DisplacementFieldType;
@@ -156,16 +139,11 @@ struct Pipeline {
   Filter::Pointer filter;
 };
 
-/// What solve() gives.
-Solution solved(const Scene& scene) {
-  return Solver(test::find("scalar"), {}).solve(scene, test::silent());
-}
-
 #define EXPECT_SAME_BITS(expected, found) EXPECT_EQ(compare(expected, found).sites, 0)
 
 TEST(ItkFilter, GivesWhatSolveGives) {
   const Pipeline p;
-  const Solution expected = solved(p.scene);
+  const Solution expected = test::solved(p.scene);
   EXPECT_SAME_BITS(expected.displacement, p.result());
   EXPECT_GT(compare(expected.displacement, p.scene.start_field()).sites, 1000);
   EXPECT_EQ(p.filter->GetLevels().size(), expected.levels.size());
@@ -183,15 +161,9 @@ void use_elastic(Scene& scene) {
   use_method(scene, find_method(elastic_conjugate_gradients), 9);
 }
 
-/// A setting of the filter, and of a scene.
-struct Setting {
-  std::function<void(Pipeline&)> of_filter;
-  std::function<void(Scene&)> of_scene;
-};
-
 /// Each beside those before it, so that every one computes something else than the one before.
 TEST(ItkFilter, EverySettingReachesTheSolver) {
-  const Setting settings[] = {
+  const std::pair<std::function<void(Pipeline&)>, std::function<void(Scene&)>> settings[] = {
       {[](auto& p) { p.filter->SetNumberOfIterations(90); }, [](auto& s) { s.schedule.iterations = 90; }},
       {[](auto& p) { p.filter->SetPenalty(3.0); }, [](auto& s) { s.full.penalty = 3.0F; }},
       {[](auto& p) {
@@ -204,33 +176,19 @@ TEST(ItkFilter, EverySettingReachesTheSolver) {
   Pipeline pipeline;
   VectorField before = pipeline.result();
   int row = 0;
-  for (const Setting& setting : settings) {
+  for (const auto& [change_filter, change_scene] : settings) {
     SCOPED_TRACE(row++);
     const auto time = pipeline.filter->GetOutput()->GetMTime();
     pipeline.filter->SetModulus(1, 30.0); // as it is: nothing is computed twice
     pipeline.filter->Update();
     EXPECT_EQ(pipeline.filter->GetOutput()->GetMTime(), time);
-    setting.of_filter(pipeline);
+    change_filter(pipeline);
     EXPECT_GT(pipeline.filter->GetMTime(), time);
-    setting.of_scene(pipeline.scene);
+    change_scene(pipeline.scene);
     const VectorField found = pipeline.result();
-    EXPECT_SAME_BITS(solved(pipeline.scene).displacement, found);
+    EXPECT_SAME_BITS(test::solved(pipeline.scene).displacement, found);
     EXPECT_GT(compare(before, found).sites, 0);
     before = found;
-  }
-}
-
-TEST(ItkFilter, EveryBackendGivesTheSameBits) {
-  const Pipeline p;
-  const VectorField expected = solved(p.scene).displacement;
-  for (const auto& backend : test::backends()) {
-    try {
-      (void)backend->devices();
-    } catch (const DeviceError&) {
-      continue; // backends_test says so visibly
-    }
-    p.filter->SetBackend(std::string(backend->name()));
-    EXPECT_SAME_BITS(expected, p.result()) << backend->name();
   }
 }
 
@@ -241,7 +199,7 @@ TEST(ItkFilter, AModulusImageTakesThePlaceOfLabelsAndNothingThatOfObservations) 
   p.filter->SetModulusImage(moduli);
   EXPECT_THAT(p.refusal(), HasSubstr("Both are set"));
   p.filter->SetLabels(nullptr);
-  EXPECT_SAME_BITS(solved(p.scene).displacement, p.result());
+  EXPECT_SAME_BITS(test::solved(p.scene).displacement, p.result());
   p.filter->SetObservationImage(nullptr);
   EXPECT_THAT(p.refusal(), HasSubstr("both or none"));
   p.filter->SetConfidenceImage(nullptr);
@@ -249,27 +207,24 @@ TEST(ItkFilter, AModulusImageTakesThePlaceOfLabelsAndNothingThatOfObservations) 
   p.scene.full.target = VectorField(p.scene.extent());
   p.filter->UpdateOutputInformation(); // the whole image is computed whatever is asked for
   p.filter->GetOutput()->SetRequestedRegion(Field::RegionType({5, 5}, {2, 2}));
-  EXPECT_SAME_BITS(solved(p.scene).displacement, p.result());
+  EXPECT_SAME_BITS(test::solved(p.scene).displacement, p.result());
   p.filter->SetModulusImage(nullptr);
   EXPECT_THAT(p.refusal(), HasSubstr("Neither is set"));
 }
 
 TEST(ItkFilterRefusals, HaveAReason) {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
-  using Images = std::initializer_list<itk::ImageBase<2>*>;
-  const auto shear = [](Pipeline& p) {
-    Direction sheared;
-    sheared.SetIdentity();
-    sheared(0, 1) = 0.2;
-    for (auto* image : Images{p.displacement, p.labels, p.observation, p.confidence}) {
-      image->SetDirection(sheared);
-    }
+  const auto of_all_images = [](const std::function<void(itk::ImageBase<2>&)>& change) {
+    return [=](Pipeline& p) {
+      for (auto* image :
+           std::initializer_list<itk::ImageBase<2>*>{p.displacement, p.labels, p.observation, p.confidence}) {
+        change(*image);
+      }
+    };
   };
-  const auto stretch = [](Pipeline& p) {
-    for (auto* image : Images{p.displacement, p.labels, p.observation, p.confidence}) {
-      image->SetSpacing(std::array{1.0, 1.1}.data());
-    }
-  };
+  Direction sheared;
+  sheared.SetIdentity();
+  sheared(0, 1) = 0.2;
   const auto lay_labels = [](const Geometry& geometry, Extent extent) {
     return [=](Pipeline& p) { p.filter->SetLabels(geometry.allocate<Labels>(extent)); };
   };
@@ -300,8 +255,10 @@ TEST(ItkFilterRefusals, HaveAReason) {
        [](auto& p) { p.confidence->GetBufferPointer()[5][1] = 1.5F; }},
       {"the input Labels has [41, 29] pixels", lay_labels({}, {41, 29})},
       {"same physical space", lay_labels({.spacing = 2.0}, {41, 30})},
-      {"the pixels are 1 x 1.1, they must be square", stretch},
-      {"not orthonormal", shear},
+      {"the pixels are 1 x 1.1, they must be square", of_all_images([](auto& image) {
+         image.SetSpacing(std::array{1.0, 1.1}.data());
+       })},
+      {"not orthonormal", of_all_images([=](auto& image) { image.SetDirection(sheared); })},
   };
   for (const auto& [says, change] : cases) {
     Pipeline pipeline;
@@ -322,7 +279,7 @@ TEST(ItkFilter, AbortsBetweenLevelsAndCanBeRunAgain) {
   EXPECT_THROW(p.filter->Update(), itk::ProcessAborted);
   const int until_aborted = events;
   abort = false;
-  EXPECT_SAME_BITS(solved(p.scene).displacement, p.result());
+  EXPECT_SAME_BITS(test::solved(p.scene).displacement, p.result());
   EXPECT_LT(until_aborted, events - until_aborted);
 }
 
@@ -335,13 +292,13 @@ TEST(ItkFilterGeometry, PhysicalUnitsAndAxesAreConverted) {
     SCOPED_TRACE(testing::Message() << geometry.spacing << " mm, " << geometry.angle
                                     << (geometry.flipped ? ", flipped" : ""));
     const Pipeline pipeline({37, 52}, geometry);
-    const FieldDifference difference = compare(solved(pipeline.scene).displacement, pipeline.result());
+    const FieldDifference difference = compare(test::solved(pipeline.scene).displacement, pipeline.result());
     const bool exact = geometry.angle == 0.0 || geometry.angle == half_turn;
     EXPECT_LE(difference.largest, exact ? 0.0 : 1e-5); // else the rotation of this test rounds
   }
   for (const Extent extent : {Extent{1, 1}, Extent{1, 9}, Extent{9, 1}, Extent{65, 3}}) {
     const Pipeline pipeline(extent);
-    EXPECT_SAME_BITS(solved(pipeline.scene).displacement, pipeline.result()) << extent.width;
+    EXPECT_SAME_BITS(test::solved(pipeline.scene).displacement, pipeline.result()) << extent.width;
   }
 }
 

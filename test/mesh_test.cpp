@@ -1,9 +1,9 @@
 // A.1: finite element results to images.
 
+#include "harness/scene/sites.hpp"
 #include "harness/tools/thesis_tools.hpp"
 #include "test/files.hpp"
-
-#include <cmath>
+#include "test/random_level.hpp"
 
 namespace hdmbench {
 namespace {
@@ -11,21 +11,17 @@ namespace {
 /// A displacement as a function of the position.
 using Function = std::function<double(double x, double y)>;
 
-double uniform(std::mt19937_64& random) {
-  return static_cast<double>(random() >> 11U) * 0x1p-53;
-}
-
 /// columns x rows quadrilaterals over a rectangle, the inner nodes moved by up to `distortion` of a cell;
 /// every third one is cut into two triangles, every fifth one is listed the other way round.
 Mesh distorted_mesh(int columns, int rows, double width, double height, double distortion, const Function& u,
                     const Function& v) {
-  std::mt19937_64 random(5);
+  test::Uniform uniform(5);
   Mesh mesh;
   const auto node = [columns](int i, int j) { return static_cast<std::size_t>(j * (columns + 1) + i); };
   for (int j = 0; j <= rows; ++j) {
     for (int i = 0; i <= columns; ++i) {
-      const double dx = i > 0 && i < columns ? distortion * (2.0 * uniform(random) - 1.0) : 0.0;
-      const double dy = j > 0 && j < rows ? distortion * (2.0 * uniform(random) - 1.0) : 0.0;
+      const double dx = i > 0 && i < columns ? distortion * (2.0 * uniform() - 1.0) : 0.0;
+      const double dy = j > 0 && j < rows ? distortion * (2.0 * uniform() - 1.0) : 0.0;
       const double x = (i + dx) * width / columns;
       const double y = (j + dy) * height / rows;
       mesh.nodes.push_back({x, y, u(x, y), v(x, y)});
@@ -57,27 +53,25 @@ TEST(MeshImage, AnAffineFieldIsMetInADistortedMesh) {
   const Mesh mesh = distorted_mesh(11, 8, 59.0, 39.0, 0.24, u, v);
   const MeshImage image = element_image(mesh, {.extent = {60, 40}});
   EXPECT_EQ(image.undefined, 0U);
-  for (int y = 0; y < 40; ++y) {
-    for (int x = 0; x < 60; ++x) {
-      const auto site = image.displacement.extent.index(x, y);
-      ASSERT_NEAR(image.displacement[0][site], u(x, y), 1e-5) << x << "," << y;
-      ASSERT_NEAR(image.displacement[1][site], v(x, y), 1e-5) << x << "," << y;
-      ASSERT_EQ(image.mask.values[site], 255.0F);
-    }
-  }
+  for_each_site({60, 40}, [&](int x, int y) {
+    const auto site = image.displacement.extent.index(x, y);
+    ASSERT_NEAR(image.displacement[0][site], u(x, y), 1e-5) << x << "," << y;
+    ASSERT_NEAR(image.displacement[1][site], v(x, y), 1e-5) << x << "," << y;
+    ASSERT_EQ(image.mask.values[site], 255.0F);
+  });
 }
 
 /// The displacement is r and s themselves, so the image shows the inverse of (A.5).
 TEST(MeshImage, TheInverseMapIsFoundInAnyConvexElement) {
-  std::mt19937_64 random(11);
+  test::Uniform uniform(11);
   int checked = 0;
   double worst = 0.0;
   while (checked < 2000) {
     Mesh mesh{.nodes = {{0, 0, -1, -1}, {0, 0, 1, -1}, {0, 0, 1, 1}, {0, 0, -1, 1}},
               .elements = {{{0, 1, 2, 3}, 4}}};
     for (MeshNode& node : mesh.nodes) {
-      node.x = 20.0 * uniform(random);
-      node.y = 20.0 * uniform(random);
+      node.x = 20.0 * uniform();
+      node.y = 20.0 * uniform();
     }
     int turns = 0;
     for (std::size_t i = 0; i < 4; ++i) {
@@ -111,26 +105,24 @@ TEST(MeshImage, TheInverseMapIsFoundInAnyConvexElement) {
 }
 
 TEST(MeshImage, NearestNodeIsThatOfAskingEveryNode) {
-  std::mt19937_64 random(9);
+  test::Uniform uniform(9);
   Mesh mesh;
   for (int i = 0; i < 300; ++i) { // a cluster, a line and an outlier
-    const double x = i < 200 ? 8.0 * uniform(random) : 30.0 * uniform(random);
-    const double y = i < 200 ? 8.0 * uniform(random) : 12.0;
+    const double x = i < 200 ? 8.0 * uniform() : 30.0 * uniform();
+    const double y = i < 200 ? 8.0 * uniform() : 12.0;
     mesh.nodes.push_back({x, y, double(i), 0.0});
   }
   mesh.nodes.push_back({500.0, 300.0, 300.0, 0.0});
   for (const double reach : {0.0, 0.7, 3.0, 1e9}) {
     const MeshImage image = nearest_node_image(mesh, {.extent = {40, 30}}, reach);
-    for (int y = 0; y < 30; ++y) {
-      for (int x = 0; x < 40; ++x) {
-        const auto distance = [&](const MeshNode& node) { return std::hypot(node.x - x, node.y - y); };
-        const auto nearest = std::ranges::min_element(mesh.nodes, {}, distance);
-        const bool reached = distance(*nearest) <= reach;
-        const auto site = image.displacement.extent.index(x, y);
-        ASSERT_EQ(image.mask.values[site] != 0.0F, reached) << x << "," << y << " reach " << reach;
-        ASSERT_EQ(double{image.displacement[0][site]}, reached ? nearest->u : 0.0);
-      }
-    }
+    for_each_site({40, 30}, [&](int x, int y) {
+      const auto distance = [&](const MeshNode& node) { return std::hypot(node.x - x, node.y - y); };
+      const auto nearest = std::ranges::min_element(mesh.nodes, {}, distance);
+      const bool reached = distance(*nearest) <= reach;
+      const auto site = image.displacement.extent.index(x, y);
+      ASSERT_EQ(image.mask.values[site] != 0.0F, reached) << x << "," << y << " reach " << reach;
+      ASSERT_EQ(double{image.displacement[0][site]}, reached ? nearest->u : 0.0);
+    });
   }
 }
 

@@ -7,12 +7,8 @@
 #include "backends/shared/driver_trial.hpp"
 #include "backends/shared/energy_programs.hpp"
 #include "test/bit_cases.hpp"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <functional>
-#include <utility>
+#include "test/files.hpp"
+#include "test/suite.hpp"
 
 namespace hdmbench {
 namespace {
@@ -53,16 +49,6 @@ TEST_F(OpenClTest, SameBitsWithGroupsOfManyItems) {
   }
 }
 
-/// What the calls throw, "" where they do not.
-std::string error_of(const std::function<void()>& calls) {
-  try {
-    calls();
-  } catch (const DeviceError& error) {
-    return error.what();
-  }
-  return "";
-}
-
 TEST_F(OpenClTest, ATextThatDoesNotCompileIsRefusedInTheCompilersWords) {
   EnergyPrograms programs = programs_of(thesis_energy);
   programs.text = "this is no energy";
@@ -72,9 +58,8 @@ TEST_F(OpenClTest, ATextThatDoesNotCompileIsRefusedInTheCompilersWords) {
   Level level = sound.problem.level;
   level.energy = &energy;
   const auto session = open({{64, 16}, 64, 16}, Work::dense);
-  const std::string error = error_of([&] { session->load(level); });
-  EXPECT_THAT(error, testing::StartsWith("clBuildProgram: "));
-  EXPECT_THAT(error, testing::HasSubstr("this"));
+  EXPECT_THAT(test::refusal<DeviceError>([&] { session->load(level); }),
+              AllOf(testing::StartsWith("clBuildProgram: "), HasSubstr("this")));
   EXPECT_EQ(test::ExpectedBits({sound}).differences(*session), "");
 }
 

@@ -5,6 +5,7 @@
 #include "harness/scene/method.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/scene/sites.hpp"
+#include "test/random_level.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -41,10 +42,7 @@ inline Scene small_brain(int side) {
   Scene scene;
   scene.name = "small";
   const Extent extent{side, side};
-  scene.full.extent = extent;
-  scene.full.target = VectorField(extent);
-  scene.full.confidence = VectorField(extent);
-  scene.full.modulus = ScalarField(extent, 10.0F);
+  scene.full = plain_level(extent, 10.0F, Level{}.penalty);
   scene.labels = {extent, std::vector<int>(extent.sites())};
   scene.picture = textured(extent);
   const double middle = 0.5 * (side - 1);

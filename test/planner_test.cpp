@@ -12,15 +12,6 @@
 #include "reference/finite_elements.hpp"
 #include "test/sessions.hpp"
 
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
-#include <optional>
-
 namespace hdmbench {
 namespace {
 

@@ -1,15 +1,9 @@
 #pragma once
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "test/suite.hpp"
+
 #include <nlohmann/json.hpp>
 #include <sys/wait.h>
-
-#include <array>
-#include <cstdio>
-#include <filesystem>
-#include <fstream>
-#include <string>
 
 namespace hdmbench::test {
 

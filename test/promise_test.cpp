@@ -8,18 +8,6 @@
 #include "reference/finite_elements.hpp"
 #include "test/sessions.hpp"
 
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <numbers>
-#include <random>
-#include <string>
-#include <utility>
-#include <vector>
-
 namespace hdmbench {
 namespace {
 
@@ -31,10 +19,8 @@ enum class Make { blobs, cells, layers, noise };
 /// has observations scattered over 2 % of its sites as well, smooth in themselves, that the tissue need not
 /// agree with. Sides of fewest_pixels ... most_pixels. The same for the same seed on every machine.
 Scene varied_scene(std::uint64_t seed, int fewest_pixels = 32, int most_pixels = 72) {
-  std::mt19937_64 engine(7919 * seed + 13);
-  const auto uniform = [&](double low, double high) {
-    return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1p-53;
-  };
+  test::Uniform draw(7919 * seed + 13);
+  const auto uniform = [&](double low, double high) { return low + (high - low) * draw(); };
   const auto whole = [&](int low, int high) { return static_cast<int>(std::floor(uniform(low, high + 1))); };
 
   const auto make = static_cast<Make>(seed % 4);
@@ -44,10 +30,7 @@ Scene varied_scene(std::uint64_t seed, int fewest_pixels = 32, int most_pixels =
   scene.name = fmt::format("varied_scene({}), contrast {:.0f}", seed, contrast);
   scene.source = scene.name;
   scene.poisson = std::array{0.0, 0.3, 0.45}[seed % 3];
-  scene.full.extent = extent;
-  scene.full.modulus = ScalarField(extent, 10.0F);
-  scene.full.target = VectorField(extent);
-  scene.full.confidence = VectorField(extent);
+  scene.full = test::plain_level(extent, 10.0F);
 
   std::vector<float> moduli(static_cast<std::size_t>(whole(2, 6)));
   for (std::size_t i = 0; i < moduli.size(); ++i) {
@@ -143,19 +126,18 @@ Scene varied_scene(std::uint64_t seed, int fewest_pixels = 32, int most_pixels =
 }
 
 /// What became of many requests.
-class Promises {
-public:
+struct Promises {
   void add(const Scene& scene, double asked, const Plan& plan, const ReferenceField& truth) {
     const double error = rmsd(ReferenceField(plan.solution.displacement), truth);
-    ++requests_;
+    ++requests;
     if (!plan.met) {
-      ++unmet_;
+      ++unmet;
       return;
     }
-    largest_excess_ = std::max(largest_excess_, error / asked);
-    ratios_.push_back(error / *plan.solution.estimated_error);
+    largest_excess = std::max(largest_excess, error / asked);
+    ratios.push_back(error / *plan.solution.estimated_error);
     if (error > asked) {
-      ++broken_;
+      ++broken;
       fmt::print("{}: {}; truth {:.3g} px\n", scene.name, plan.outcome, error);
     }
   }
@@ -164,7 +146,7 @@ public:
     fmt::print(
         "{}: {} requests, {} not met, {} met and broken, the worst {:.2f} of what was asked for; true / "
         "estimated error: within 2 in {:.1f} %, within 5 in {:.1f} %\n",
-        energy, requests_, unmet_, broken_, largest_excess_, 100.0 * share_within(2.0),
+        energy, requests, unmet, broken, largest_excess, 100.0 * share_within(2.0),
         100.0 * share_within(5.0));
   }
 
@@ -172,20 +154,15 @@ public:
   /// Of those that were met: the truth is at least `low` and at most `high` estimates.
   [[nodiscard]] double share_between(double low, double high) const {
     const auto inside =
-        std::ranges::count_if(ratios_, [&](double ratio) { return ratio <= high && ratio >= low; });
-    return static_cast<double>(inside) / static_cast<double>(ratios_.size());
+        std::ranges::count_if(ratios, [&](double ratio) { return ratio <= high && ratio >= low; });
+    return static_cast<double>(inside) / static_cast<double>(ratios.size());
   }
-  [[nodiscard]] double largest_excess() const { return largest_excess_; }
-  [[nodiscard]] int requests() const { return requests_; }
-  [[nodiscard]] int unmet() const { return unmet_; }
-  [[nodiscard]] int broken() const { return broken_; }
 
-private:
-  int requests_ = 0;
-  int unmet_ = 0;
-  int broken_ = 0;
-  double largest_excess_ = 0.0;
-  std::vector<double> ratios_;
+  int requests = 0;
+  int unmet = 0;
+  int broken = 0;
+  double largest_excess = 0.0;
+  std::vector<double> ratios; ///< of the truth and the estimate, where a request was met
 };
 
 constexpr std::array asked_for{1.0, 0.2, 0.02};
@@ -207,9 +184,9 @@ TEST(Promise, OfTheElasticEnergyIsKept) {
     }
   }
   promises.print("elastic");
-  EXPECT_EQ(promises.unmet(), 0);
-  EXPECT_LE(promises.broken(), 1); // of 1200: conjugate gradients can pause where moduli differ much
-  EXPECT_LT(promises.largest_excess(), 1.5);
+  EXPECT_EQ(promises.unmet, 0);
+  EXPECT_LE(promises.broken, 1); // of 1200: conjugate gradients can pause where moduli differ much
+  EXPECT_LT(promises.largest_excess, 1.5);
   EXPECT_GE(promises.share_within(2.0), 0.87); // most end after one step, which tells little of the next
   EXPECT_GE(promises.share_within(5.0), 0.99);
 }
@@ -217,10 +194,8 @@ TEST(Promise, OfTheElasticEnergyIsKept) {
 /// A sheet of 10 MPa with cuts or fibres of one pixel, which most sites of a sampled image do not meet: 1 to
 /// 4 of them in any direction, some from border to border, some near each other.
 Scene scene_with_lines(std::uint64_t seed, double softest, double stiffest) {
-  std::mt19937_64 engine(104729 * seed + 7);
-  const auto uniform = [&](double low, double high) {
-    return low + (high - low) * static_cast<double>(engine() >> 11) * 0x1p-53;
-  };
+  test::Uniform draw(104729 * seed + 7);
+  const auto uniform = [&](double low, double high) { return low + (high - low) * draw(); };
   const int width = static_cast<int>(uniform(130, 301));
   const int height = static_cast<int>(uniform(130, 301));
   Scene scene = load_scene(seed % 2 == 0 ? "square" : "circular-radial", {.size = Extent{width, height}});
@@ -269,8 +244,8 @@ TEST(Promise, OfTheElasticEnergyIsKeptBySampledImages) {
     add_sampled(promises, scene, {4.0, 1.0, 0.25});
   }
   promises.print("elastic, sampled images");
-  EXPECT_GT(promises.requests(), 20);
-  EXPECT_EQ(promises.broken(), 0);
+  EXPECT_GT(promises.requests, 20);
+  EXPECT_EQ(promises.broken, 0);
   EXPECT_GE(promises.share_within(2.0), 0.75);
 }
 
@@ -281,8 +256,8 @@ TEST(Promise, IsKeptWhereSampledImagesMissWhatIsThin) {
     add_sampled(promises, scene, {3.0, 1.0, 0.3, 0.1});
   }
   promises.print("thin");
-  EXPECT_GT(promises.requests(), 20);
-  EXPECT_EQ(promises.broken(), 0);
+  EXPECT_GT(promises.requests, 20);
+  EXPECT_EQ(promises.broken, 0);
   EXPECT_GE(promises.share_between(0.0, 2.0), 0.95); // the plan's caution
 }
 

@@ -5,12 +5,7 @@
 #include "kernels/data/pyramid.hpp"
 #include "reference/thesis_energy.hpp"
 #include "test/random_level.hpp"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <limits>
+#include "test/suite.hpp"
 
 namespace hdmbench {
 namespace {
@@ -25,9 +20,8 @@ TEST(Pyramid, SizesAreThoseOfTheThesis) {
 
 TEST(Pyramid, EveryExtentEndsInOneSite) {
   for (const Extent full : {Extent{1, 1}, Extent{1, 7}, Extent{5, 1}, Extent{256, 256}, Extent{257, 130}}) {
-    const auto extents = pyramid_extents(full);
-    EXPECT_EQ(extents.front(), full);
-    EXPECT_EQ(extents.back(), (Extent{1, 1}));
+    EXPECT_EQ(pyramid_extents(full).front(), full);
+    EXPECT_EQ(pyramid_extents(full).back(), (Extent{1, 1}));
   }
   EXPECT_EQ(pyramid_extents({257, 130}).at(1), (Extent{256, 128}));
   EXPECT_THROW((void)pyramid_extents({0, 5}), InputError);

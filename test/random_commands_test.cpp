@@ -8,21 +8,9 @@
 #include "test/person.hpp"
 #include "test/program.hpp"
 
-#include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <toml++/toml.h>
 
-#include <algorithm>
-#include <cmath>
-#include <cstdlib>
-#include <map>
-#include <optional>
-#include <random>
 #include <regex>
-#include <set>
-#include <sstream>
-#include <string>
-#include <vector>
 
 namespace hdmbench {
 namespace {
@@ -36,15 +24,11 @@ constexpr double farthest = 8.0;      // pixels, of what random_commands.toml pu
 
 /// A table of random_commands.toml.
 WordsByName words_of(const char* table) {
-  static const toml::table data = toml::parse_file(HDMBENCH_RANDOM_COMMANDS);
+  static const toml::table data = toml::parse_file(HDMBENCH_SOURCE "/test/random_commands.toml");
   WordsByName result;
   for (const auto& [name, value] : *data[table].as_table()) {
-    Words& words = result[std::string(name.str())];
-    if (const toml::array* const several = value.as_array()) {
-      several->for_each([&](const toml::value<std::string>& one) { words.push_back(one.get()); });
-    } else {
-      words.push_back(value.value<std::string>().value());
-    }
+    value.as_array()->for_each(
+        [&](const toml::value<std::string>& one) { result[std::string(name.str())].push_back(one.get()); });
   }
   return result;
 }
@@ -132,7 +116,6 @@ public:
   int operator()(int low, int high) {
     return low + static_cast<int>(engine_() % static_cast<std::uint64_t>(high - low + 1));
   }
-  bool once_in(int times) { return (*this)(1, times) == 1; }
   template <typename Value>
   Value one_of(const std::vector<Value>& values) {
     return values.at(static_cast<std::size_t>((*this)(0, static_cast<int>(values.size()) - 1)));
@@ -165,15 +148,6 @@ private:
   std::mt19937_64 engine_;
   const WordsByName& rules_;
 };
-
-/// The bytes of the files of a folder by name.
-std::map<std::string, std::string> bytes_of(const fs::path& folder) {
-  std::map<std::string, std::string> bytes;
-  for (const auto& entry : fs::directory_iterator(folder)) {
-    bytes[entry.path().string()] = content(entry.path());
-  }
-  return bytes;
-}
 
 class Line {
 public:
@@ -212,19 +186,16 @@ public:
 
 private:
   std::string value(const Option& option) {
-    if (draw_.once_in(25)) {
+    if (draw_(1, 25) == 1) {
       return draw_.expand("<a mistake>");
     }
     if (!option.choices.empty()) {
       return draw_.one_of(option.choices);
     }
     const bool whole = option.type.find("INT") != std::string::npos;
-    if (option.low && whole) {
-      return fmt::format("{:.0f}", std::min(*option.low + draw_(0, 3), *option.high));
-    }
     if (option.low) {
-      const double near = std::min(*option.low + 2.5, *option.high);
-      return fmt::format("{}", draw_.one_of(std::vector{*option.low, near, *option.high}));
+      const double near = std::min(*option.low + (whole ? draw_(0, 3) : 2.5), *option.high);
+      return fmt::format("{}", whole ? near : draw_.one_of(std::vector{*option.low, near, *option.high}));
     }
     return whole                              ? draw_.expand("<0..9>")
            : option.type.starts_with("FLOAT") ? draw_.expand("<a number>")
@@ -244,9 +215,10 @@ private:
       return draw_.expand("<out>/written.png");
     }
     Words pool;
-    for (const auto& [file, unused] : bytes_of(rules_.at("in").front())) {
-      pool.push_back(file);
+    for (const auto& file : fs::directory_iterator(rules_.at("in").front())) {
+      pool.push_back(file.path());
     }
+    std::ranges::sort(pool);
     static const std::regex marks("['\"();:,]");
     std::istringstream words(std::regex_replace(option.description, marks, ""));
     for (std::string word; words >> word;) {
@@ -262,24 +234,8 @@ private:
 
 // ---- What must hold
 
-bool is_finite(const std::vector<float>& values) {
-  return std::ranges::all_of(values, [](float value) { return std::isfinite(value); });
-}
-
-void expect_readable_image(const fs::path& file) {
-  if (content(file).substr(0, 2000).find("kinds: vector") != std::string::npos) {
-    const VectorField field = read_vector(file).pixels;
-    EXPECT_TRUE(is_finite(field[0]) && is_finite(field[1])) << file;
-  } else {
-    EXPECT_TRUE(is_finite(read_scalar(file).pixels.values)) << file;
-  }
-}
-
-/// Of `run`: no tissue goes further than what pulls it, or the row says why.
-void expect_in_range(const nlohmann::json& row) {
-  if (row.contains("largest_displacement") && row.contains("mean_energy") && row["warnings"].empty()) {
-    EXPECT_LE(row["largest_displacement"], 1.5 * farthest + 1.0) << row;
-  }
+void expect_finite(const std::vector<float>& values, const fs::path& file) {
+  EXPECT_TRUE(std::ranges::all_of(values, [](float value) { return std::isfinite(value); })) << file;
 }
 
 void expect_readable_outputs(const fs::path& folder) {
@@ -292,11 +248,20 @@ void expect_readable_outputs(const fs::path& folder) {
     if (file.extension() == ".json") {
       const nlohmann::json document = test::read_json(file);
       EXPECT_EQ(document.at("schema"), 1) << file;
-      std::ranges::for_each(document.at("results"), expect_in_range);
-    } else if (file.extension() == ".nrrd" && file.stem() != "row") {
-      expect_readable_image(file);
-    } else {
+      for (const nlohmann::json& row : document.at("results")) {
+        // Of `run`: no tissue goes further than what pulls it, or the row says why.
+        if (row.contains("largest_displacement") && row.contains("mean_energy") && row["warnings"].empty()) {
+          EXPECT_LE(row["largest_displacement"], 1.5 * farthest + 1.0) << row;
+        }
+      }
+    } else if (file.extension() != ".nrrd" || file.stem() == "row") {
       EXPECT_GT(fs::file_size(file), 0U) << file;
+    } else if (content(file).substr(0, 2000).find("kinds: vector") != std::string::npos) {
+      const VectorField field = read_vector(file).pixels;
+      expect_finite(field[0], file);
+      expect_finite(field[1], file);
+    } else {
+      expect_finite(read_scalar(file).pixels.values, file);
     }
   }
 }
@@ -320,7 +285,7 @@ protected:
     const std::string line = Line(command, rules_, draw).random();
     SCOPED_TRACE(
         fmt::format("hdmbench {}\nto repeat it: HDMBENCH_RANDOM_CASE={} random_commands_test", line, number));
-    const auto before = bytes_of(in);
+    const auto before = test::files_in(in);
     const test::Outcome outcome =
         test::hdmbench(line, fmt::format("cd '{}' && timeout {}", out.string(), seconds_per_case));
     EXPECT_THAT(outcome.status, testing::AnyOf(0, 1, 2)) << outcome.output; // 124: it did not end in time
@@ -328,7 +293,7 @@ protected:
                                                             testing::ContainsRegex("[0-9]{20}"))));
     EXPECT_FALSE(outcome.output.empty());
     ++counts_[outcome.status];
-    EXPECT_TRUE(before == bytes_of(in)) << "an input is another one now";
+    EXPECT_TRUE(before == test::files_in(in)) << "an input is another one now";
     ASSERT_NO_THROW(expect_readable_outputs(out)) << outcome.output;
   }
 

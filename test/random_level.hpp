@@ -25,6 +25,17 @@ struct Problem {
   VectorField start;
 };
 
+/// One modulus, nothing observed; what is done to it makes the level of a test.
+inline Level plain_level(Extent extent, float modulus = 1.0F, float penalty = 1000.0F) {
+  Level level{.extent = extent,
+              .target = VectorField(extent),
+              .confidence = VectorField(extent),
+              .modulus = ScalarField(extent, modulus),
+              .penalty = penalty};
+  set_inverse_modulus(level);
+  return level;
+}
+
 inline constexpr std::array all_rules{Rule::steps, Rule::closed_form, Rule::annealing};
 inline constexpr std::array simultaneous_and_coloured{Update::simultaneous, Update::coloured,
                                                       Update::four_coloured};

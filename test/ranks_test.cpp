@@ -4,27 +4,8 @@
 #include "test/files.hpp"
 #include "test/program.hpp"
 
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <filesystem>
-#include <fstream>
-#include <map>
-#include <set>
-#include <sstream>
-#include <string>
-#include <string_view>
-#include <tuple>
-#include <vector>
-
 namespace hdmbench {
 namespace {
-
-namespace fs = std::filesystem;
-using testing::AllOf;
-using testing::HasSubstr;
 
 /// Before the program: mpirun for root in a container, with more ranks than processors. Without the search
 /// for network cards, and without the second between SIGTERM and SIGKILL: these take longer than most runs.
@@ -36,24 +17,6 @@ const std::string mpirun =
 
 std::string on_ranks(int ranks) {
   return fmt::format("{}-n {}", mpirun, ranks);
-}
-
-/// Empty where there is no such file.
-std::string bytes(const std::filesystem::path& file) {
-  std::ostringstream text;
-  text << std::ifstream(file, std::ios::binary).rdbuf();
-  return text.str();
-}
-
-/// The bytes of the files in a folder, by name; none where there is no such folder.
-std::map<std::string, std::string> files_in(const fs::path& folder) {
-  std::map<std::string, std::string> files;
-  if (fs::exists(folder)) {
-    for (const fs::directory_entry& file : fs::directory_iterator(folder)) {
-      files[file.path().filename().string()] = bytes(file.path());
-    }
-  }
-  return files;
 }
 
 /// A scene that one process and several are to solve alike.
@@ -84,9 +47,9 @@ protected:
       test::expect_run(0, fmt::format("{}{} {} --backend {}", run, path("many"), one.on_ranks, one.backends),
                        HasSubstr(fmt::format("{} on {} ranks", one.backends, one.ranks)),
                        on_ranks(one.ranks));
-      const auto expected = files_in(path("one"));
+      const auto expected = test::files_in(path("one"));
       EXPECT_FALSE(expected.empty()) << run;
-      EXPECT_TRUE(expected == files_in(path("many"))) << run << one.ranks << " ranks";
+      EXPECT_TRUE(expected == test::files_in(path("many"))) << run << one.ranks << " ranks";
       fs::remove_all(path("one"));
       fs::remove_all(path("many"));
     }
@@ -125,7 +88,7 @@ TEST_F(RankProgram, AFieldLiesWhereTheImageOfTheSceneDoes) {
           .string();
   expect_files_of_one_process({{placed, "", 3}, {placed, "--energy elastic --size 40x34", 4}});
   test::expect_run(0, "run " + placed + " --size 40x34 --output " + path("two"), testing::_, on_ranks(2));
-  EXPECT_THAT(bytes(path("two/placed.nrrd")), HasSubstr("space directions: none (0,1,0) (-1,0,0) (0,0,1)"));
+  EXPECT_THAT(content(path("two/placed.nrrd")), HasSubstr("space directions: none (0,1,0) (-1,0,0) (0,0,1)"));
 }
 
 /// Prescribed components and springs, on cells of all kinds.
@@ -207,24 +170,23 @@ TEST_F(RankProgram, VerifyComparesEverySweepOnEveryNumberOfRanks) {
   EXPECT_EQ(numbers, (std::set{1, 2, 3, 4, 5, 6}));
   const std::string sprung = folder_.write("springs.toml", springs).string();
   for (const auto& [arguments, ranks, says] :
-       {std::tuple{"--quick --sizes 12x9 --backends openmp", 2,
-                   "sleeping-pieces, 124 x 120"}, // among all scenes
-        std::tuple{"random --size 45x31 --energy elastic --method conjugate-gradients --iterations 1 "
-                   "--backends scalar,openmp",
-                   4, " 0 are certified"},
-        std::tuple{"random --size 21x13 --backends openmp+vulkan-compute,gl-fragment --iterations 8", 3,
-                   "openmp+vulkan-compute on 3 ranks"},
-        std::tuple{"random --size 21x13 --backends openmp --methods closed-form,sequential --quick", 2,
-                   "sequential, is left out"},
-        std::tuple{"random --size 23x45 --backends scalar,openmp --iterations 3 --methods annealing,cascade",
-                   4, "0 are certified"}}) {
-    test::expect_run(0, std::string("verify ") + arguments, AllOf(HasSubstr(says), HasSubstr(" 0 disagree")),
+       std::initializer_list<std::tuple<std::string, int, const char*>>{
+           {"--quick --sizes 12x9 --backends openmp", 2, "sleeping-pieces, 124 x 120"}, // among all scenes
+           {"random --size 45x31 --energy elastic --method conjugate-gradients --iterations 1 --backends "
+            "scalar,openmp",
+            4, " 0 are certified"},
+           {"random --size 21x13 --backends openmp+vulkan-compute,gl-fragment --iterations 8", 3,
+            "openmp+vulkan-compute on 3 ranks"},
+           {"random --size 21x13 --backends openmp --methods closed-form,sequential --quick", 2,
+            "sequential, is left out"},
+           {"random --size 23x45 --backends scalar,openmp --iterations 3 --methods annealing,cascade", 4,
+            "0 are certified"},
+           {sprung + " --energy elastic --method conjugate-gradients --iterations 1 --size 45x31 --backends "
+                     "openmp",
+            4, " 0 are certified, 0 disagree"}}) {
+    test::expect_run(0, "verify " + arguments, AllOf(HasSubstr(says), HasSubstr(" 0 disagree")),
                      on_ranks(ranks));
   }
-  test::expect_run(0,
-                   "verify " + sprung + " --energy elastic --method conjugate-gradients --iterations 1 " +
-                       "--size 45x31 --backends openmp",
-                   HasSubstr(" 0 are certified, 0 disagree"), on_ranks(4));
 }
 
 TEST_F(RankProgram, PlantedFaultsAreSeen) {
@@ -258,7 +220,7 @@ TEST_F(RankProgram, ErrorsEndAllWithStatusTwoAndOneSentence) {
   expect_refusal("bench", "bench --scaling strong");
   expect_refusal("run square --size 20 --output " + folder_.write("file", "").string(),
                  "is a file, not a folder");
-  EXPECT_TRUE(files_in(path("out")).empty());
+  EXPECT_TRUE(test::files_in(path("out")).empty());
 }
 
 /// Ranks of which the last one is started by these words of a shell: "$0" "$@" are the program's.
@@ -270,14 +232,14 @@ TEST_F(RankProgram, AnErrorOfOneRankHasItsWords) {
   const std::string run = "run square --size 2000 --output " + path("out");
   test::expect_run(2, run, HasSubstr("rank 1: out of memory"),
                    with_last(run, "ulimit -v 200000; exec \"$0\" \"$@\""));
-  EXPECT_TRUE(files_in(path("out")).empty());
+  EXPECT_TRUE(test::files_in(path("out")).empty());
 }
 
 TEST_F(RankProgram, AKilledRankIsNamedAndEndsAll) {
   const std::string run = "run square --size 1000 --iterations 1000000 --output " + path("out");
   test::expect_run(128 + 9, run, AllOf(HasSubstr("process rank 1"), HasSubstr("signal 9 (Killed)")),
                    with_last(run, "(sleep 1; kill -9 $$) & exec \"$0\" \"$@\""));
-  EXPECT_TRUE(files_in(path("out")).empty());
+  EXPECT_TRUE(test::files_in(path("out")).empty());
 }
 
 TEST_F(RankProgram, ScalingIsMeasured) {

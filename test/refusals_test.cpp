@@ -5,29 +5,15 @@
 #include "test/person.hpp"
 #include "test/program.hpp"
 
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
 #include <toml++/toml.h>
-
-#include <cmath>
-#include <map>
-#include <string>
-#include <utility>
-#include <vector>
 
 namespace hdmbench {
 namespace {
 
-using testing::AllOf;
-using testing::ContainsRegex;
-using testing::HasSubstr;
-using testing::Not;
-
 using Files = std::map<std::string, std::string>; ///< text by name
 
 const toml::table& data() {
-  static const toml::table tables = toml::parse_file(HDMBENCH_REFUSALS);
+  static const toml::table tables = toml::parse_file(HDMBENCH_SOURCE "/test/refusals.toml");
   return tables;
 }
 
@@ -144,7 +130,7 @@ protected:
     EXPECT_THAT(outcome.output,
                 AllOf(HasSubstr(says), Not(HasSubstr("internal error")), Not(ContainsRegex("[0-9]{20}"))))
         << words;
-    for (const char* output : {"o.nrrd", "out/displacement.nrrd", "out/modulus.nrrd", "o.svg"}) {
+    for (const char* output : {"o.nrrd", "out/displacement.nrrd", "out/modulus.nrrd", "o.svg", "o.html"}) {
       EXPECT_FALSE(fs::exists(folder_.path() / output)) << words;
     }
   }
@@ -177,6 +163,7 @@ TEST_P(Refusals, SayWhatIsWrong) {
     const test::Outcome outcome = type(group.text("command"));
     ASSERT_EQ(outcome.status, 0) << outcome.output;
     fs::remove(folder_.path() / "o.nrrd");
+    fs::remove(folder_.path() / "o.html");
   }
   std::vector<std::string> rows = parts_of(group.text("rows"), "\n");
   rows.pop_back();
@@ -201,12 +188,7 @@ INSTANTIATE_TEST_SUITE_P(Of, Refusals, testing::ValuesIn(groups()),
                          [](const auto& information) { return information.param.name; });
 
 TEST(LevelRefusals, SayWhatIsWrong) {
-  Level good{.extent = {7, 5},
-             .target = VectorField({7, 5}),
-             .confidence = VectorField({7, 5}),
-             .modulus = ScalarField({7, 5}, 1.0F)};
-  good.penalty = 1.0F;
-  set_inverse_modulus(good);
+  Level good = test::plain_level({7, 5});
   const auto refused = [&](float& value, float bad, const char* says) {
     const float before = std::exchange(value, bad);
     EXPECT_THAT(test::refusal([&] { validate(good); }), HasSubstr(says)) << bad;

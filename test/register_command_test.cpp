@@ -4,17 +4,8 @@
 #include "test/person.hpp"
 #include "test/program.hpp"
 
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-#include <nlohmann/json.hpp>
-
-#include <tuple>
-
 namespace hdmbench {
 namespace {
-
-using testing::HasSubstr;
 
 class RegisterCommand : public ImageFiles {
 protected:

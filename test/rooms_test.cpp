@@ -1,17 +1,6 @@
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
+#include "test/suite.hpp"
 
-#include <array>
-#include <filesystem>
-#include <fstream>
-#include <map>
 #include <regex>
-#include <sstream>
-#include <string>
-#include <string_view>
-#include <utility>
-#include <vector>
 
 // Includes go one way through the rooms: a file includes its own room and rooms that stand before it in
 // `rooms`.

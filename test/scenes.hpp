@@ -7,10 +7,6 @@
 #include "kernels/data/gather.hpp"
 #include "test/sessions.hpp"
 
-#include <string>
-#include <utility>
-#include <vector>
-
 /// Scenes that several suites take.
 namespace hdmbench::test {
 
@@ -18,12 +14,7 @@ namespace hdmbench::test {
 inline Scene plain_scene(Extent extent) {
   Scene scene;
   scene.name = "plain";
-  scene.full = {.extent = extent,
-                .target = VectorField(extent),
-                .confidence = VectorField(extent),
-                .modulus = ScalarField(extent, 1.0F),
-                .penalty = 1000.0F};
-  set_inverse_modulus(scene.full);
+  scene.full = plain_level(extent);
   scene.schedule.start_level = 0;
   return scene;
 }

@@ -2,17 +2,10 @@
 
 #include "backends/registry.hpp"
 #include "harness/check/compare.hpp"
+#include "harness/solve/methods/solver.hpp"
 #include "harness/solve/solve.hpp"
 #include "test/random_level.hpp"
-
-#include <fmt/format.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <memory>
-#include <string>
-#include <string_view>
-#include <vector>
+#include "test/suite.hpp"
 
 /// The backends of the registry and what tests do with their sessions.
 namespace hdmbench::test {
@@ -28,6 +21,27 @@ inline const Backend& scalar() {
 
 inline const Backend& find(std::string_view backend) {
   return find_backend(backends(), backend);
+}
+
+/// Why a backend is not there, in its driver's words; empty where it is.
+inline std::string why_absent(const Backend& backend) {
+  try {
+    (void)backend.devices();
+    return "";
+  } catch (const DeviceError& error) {
+    return fmt::format("{} is not there: {}", backend.name(), error.what());
+  }
+}
+
+/// Those that are there; backends_test shows which are not.
+inline std::vector<const Backend*> present_backends() {
+  std::vector<const Backend*> present;
+  for (const auto& backend : backends()) {
+    if (why_absent(*backend).empty()) {
+      present.push_back(backend.get());
+    }
+  }
+  return present;
 }
 
 /// As parameters of a suite.
@@ -78,7 +92,7 @@ inline VectorField swept(const Problem& problem, int sweeps) {
 }
 
 inline Solution solved(const Scene& scene, std::string_view backend = "scalar") {
-  return solve(scene, *find(backend).open({}), silent(), {.last_changed = true});
+  return Solver(find(backend), {}).solve(scene, silent(), {.last_changed = true});
 }
 
 } // namespace hdmbench::test

@@ -1,26 +1,14 @@
 // The tools of the thesis's appendix A: what they compute, and their commands.
 
-#include "harness/check/compare.hpp"
 #include "harness/judge/truths.hpp"
-#include "harness/solve/solve.hpp"
+#include "harness/scene/sites.hpp"
 #include "harness/tools/thesis_tools.hpp"
-#include "kernels/data/level.hpp"
 #include "test/files.hpp"
 #include "test/program.hpp"
 #include "test/sessions.hpp"
 
-#include <gmock/gmock.h>
-
-#include <cmath>
-#include <cstdint>
-#include <tuple>
-#include <vector>
-
 namespace hdmbench {
 namespace {
-
-using testing::AllOf;
-using testing::HasSubstr;
 
 VectorField solve_on(const Scene& scene, const char* backend = "openmp") {
   return test::solved(scene, backend).displacement;
@@ -49,13 +37,10 @@ class Positions : public ImageFiles {};
 TEST_F(Positions, OfAnImageAreDisplacementPlusThePixel) {
   const VectorField displacement = some_displacement({7, 5});
   VectorField positions = displacement;
-  for (int y = 0; y < 5; ++y) {
-    for (int x = 0; x < 7; ++x) {
-      const auto site = positions.extent.index(x, y);
-      positions[0][site] += static_cast<float>(x);
-      positions[1][site] += static_cast<float>(y);
-    }
-  }
+  for_each_site(positions.extent, [&](int x, int y) {
+    positions[0][positions.extent.index(x, y)] += static_cast<float>(x);
+    positions[1][positions.extent.index(x, y)] += static_cast<float>(y);
+  });
   write_vector(path("positions.nrrd"), positions, 0.5);
   const auto read = read_positions(path("positions.nrrd"));
   EXPECT_EQ(read.spacing, 0.5);
@@ -129,16 +114,6 @@ TEST(Tune, WhatHoldsTheConditionsIsAsGood) {
   const Tuning tuning = tune_prior_weight(step, {.method = SearchMethod::annealing, .evaluations = 40});
   EXPECT_TRUE(tuning.matters());
   EXPECT_NEAR(tuning.evaluations[tuning.best].prior_weight, 0.5, 1e-12) << "of equals the nearest to 0.5";
-}
-
-TEST(Tune, TheRmsdCountsWhereTheTruthIsDefined) {
-  VectorField displacement({2, 2});
-  displacement[0] = {3.0F, 0.0F, 0.0F, 1.0F};
-  displacement[1] = {4.0F, 0.0F, 0.0F, 1.0F};
-  const ReferenceField truth(Extent{2, 2});
-  EXPECT_DOUBLE_EQ(rmsd(ReferenceField(displacement), truth), std::sqrt((25.0 + 2.0) / 4.0));
-  const std::vector<std::uint8_t> counted{1, 1, 0, 0};
-  EXPECT_DOUBLE_EQ(rmsd(ReferenceField(displacement), truth, counted), std::sqrt(25.0 / 2.0));
 }
 
 // ---- The commands

@@ -4,18 +4,8 @@
 #include "harness/scene/method.hpp"
 #include "test/sessions.hpp"
 
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <cmath>
-#include <random>
-#include <set>
-
 namespace hdmbench {
 namespace {
-
-using testing::HasSubstr;
 
 Judged point(const char* method, std::vector<double> seconds, double error, bool rival) {
   Judged result;
@@ -108,17 +98,11 @@ TEST_F(Tradeoff, MeasuresMethodsAtAllEffortsAndTheirRivals) {
   EXPECT_EQ(std::ranges::count_if(tradeoff, [](const auto& point) { return point.method == "fem-cg"; }), 6);
 }
 
-struct Spoilt {
-  faults::Fault fault;
-  JudgedStatus status;
-  const char* reason;
-};
-
 TEST_F(Tradeoff, PlantedFaultsAreKeptWithTheirReason) {
   const auto spoil = [](float value) {
     return [value](VectorField& field) { field[0][field[0].size() / 2] += value; };
   };
-  const std::vector<Spoilt> cases{
+  const std::vector<std::tuple<faults::Fault, JudgedStatus, const char*>> cases{
       {{.name = "one bit",
         .in_read = [](VectorField& field) { field[1].back() = std::nextafter(field[1].back(), 99.0F); }},
        JudgedStatus::unverified,
@@ -128,23 +112,24 @@ TEST_F(Tradeoff, PlantedFaultsAreKeptWithTheirReason) {
       {{.name = "throws", .in_step = [](int) -> int { throw DeviceError("the device is lost"); }},
        JudgedStatus::failed,
        "the device is lost"}};
-  for (const Spoilt& spoilt : cases) {
-    const faults::FaultyBackend faulty(scalar_, spoilt.fault);
+  for (const auto& [fault, status, reason] : cases) {
+    SCOPED_TRACE(fault.name);
+    const faults::FaultyBackend faulty(scalar_, fault);
     std::vector<Judged> tradeoff = measured({&scalar_, &faulty}, {"icm"});
-    const std::vector<Judged> points = on(tradeoff, spoilt.fault.name);
-    ASSERT_EQ(points.size(), 1U) << spoilt.fault.name << ": a point that fails must not be dropped";
-    EXPECT_EQ(points[0].status, spoilt.status) << spoilt.fault.name << ": " << points[0].reason;
-    EXPECT_THAT(points[0].reason, HasSubstr(spoilt.reason));
+    const std::vector<Judged> points = on(tradeoff, fault.name);
+    ASSERT_EQ(points.size(), 1U) << "a point that fails must not be dropped";
+    EXPECT_EQ(points[0].status, status) << points[0].reason;
+    EXPECT_THAT(points[0].reason, HasSubstr(reason));
     // Not even where it would win.
     for (Judged& point : tradeoff) {
-      if (point.backend == spoilt.fault.name) {
+      if (point.backend == fault.name) {
         point.seconds = {1e-9};
         point.deviations.to_fem_no_poisson = 1e-9;
       }
     }
     mark_front(tradeoff);
-    EXPECT_FALSE(on(tradeoff, spoilt.fault.name)[0].is_on_front) << spoilt.fault.name;
-    EXPECT_EQ(to_json(scene_, points[0])["status"], name_of(spoilt.status));
+    EXPECT_FALSE(on(tradeoff, fault.name)[0].is_on_front);
+    EXPECT_EQ(to_json(scene_, points[0])["status"], name_of(status));
   }
 }
 

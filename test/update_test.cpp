@@ -1,19 +1,10 @@
 // The rules, colours and random numbers of update.inc against what they are meant to be: minimisers found by
 // search, a sweep in place, statistics. That all backends do the same is backends_test's affair.
 
-#include "harness/check/compare.hpp"
 #include "harness/scene/sites.hpp"
 #include "kernels/data/gather.hpp"
 #include "reference/thesis_energy.hpp"
 #include "test/sessions.hpp"
-
-#include <gtest/gtest.h>
-
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <functional>
-#include <vector>
 
 namespace hdmbench {
 namespace {
@@ -41,8 +32,8 @@ TEST(ClosedForm, LandsOnTheMinimiserOrAsFarFromItAsTheRelaxationSays) {
     const VectorField quarter = swept(problem, 1);
     const ThesisEnergy energy(problem.level, problem.start);
     int pulled = 0;
-    for (int y = 1; y < 23; ++y) {
-      for (int x = 1; x < 23; ++x) {
+    for_each_site(problem.level.extent, [&](int x, int y) {
+      if (x % 23 != 0 && y % 23 != 0) {
         const HdmInFloat::Site site = gather<HdmInFloat>(problem.level, problem.start, x, y);
         const std::size_t at = problem.level.extent.index(x, y);
         // Between the outermost neighbours and the target lies the minimiser.
@@ -57,7 +48,7 @@ TEST(ClosedForm, LandsOnTheMinimiserOrAsFarFromItAsTheRelaxationSays) {
           EXPECT_NEAR(quarter[0][at], site.dx.centre + 0.25 * (lowest - site.dx.centre), 2e-5);
         }
       }
-    }
+    });
     EXPECT_EQ(pulled > 0, penalty < 1e6F) << "both sides of the threshold are to be seen";
   }
 }
@@ -107,14 +98,12 @@ constexpr int side = 256; ///< of the grid of random numbers
 std::array<std::vector<double>, 2> draws(int number, int component, int seed) {
   std::array<std::vector<double>, 2> all;
   const HdmInFloat::Sweep sweep{0.0F, 0.0F, static_cast<float>(number), static_cast<float>(seed)};
-  for (int y = 0; y < side; ++y) {
-    for (int x = 0; x < side; ++x) {
-      const HdmInFloat::RandomPair pair = HdmInFloat::random_pair(
-          {static_cast<float>(x), static_cast<float>(y)}, sweep, static_cast<float>(component));
-      all[0].push_back(pair.first);
-      all[1].push_back(pair.second);
-    }
-  }
+  for_each_site({side, side}, [&](int x, int y) {
+    const HdmInFloat::RandomPair pair = HdmInFloat::random_pair(
+        {static_cast<float>(x), static_cast<float>(y)}, sweep, static_cast<float>(component));
+    all[0].push_back(pair.first);
+    all[1].push_back(pair.second);
+  });
   return all;
 }
 
@@ -164,20 +153,15 @@ TEST(RandomNumbers, AreUncorrelated) {
   }
 }
 
-/// Everything at rest and alike: half the second derivative of U_t is 24 everywhere.
-test::Problem flat_problem(StepSet steps, float inverse_temperature, int seed) {
-  auto problem = test::random_problem({side, side}, test::Texture::tie_rich, 46, steps, Rule::annealing);
-  problem.start = VectorField(problem.level.extent);
-  problem.level.confidence = VectorField(problem.level.extent);
-  problem.level.strengths = {inverse_temperature};
-  problem.level.seed = seed;
-  return problem;
-}
-
 TEST(Annealing, TakesACandidateWithTheProbabilityOfItsEnergy) {
+  // Everything at rest and alike: half the second derivative of U_t is 24 everywhere.
+  test::Problem problem{.level = test::plain_level({side, side}), .start = VectorField({side, side})};
+  problem.level.rule = Rule::annealing;
+  problem.level.steps = StepSet::parse("0,0.1");
+  problem.level.seed = 9;
   for (const double inverse_temperature : {0.0, 1.0, 4.0, 15.0}) {
-    const VectorField field =
-        swept(flat_problem(StepSet::parse("0,0.1"), static_cast<float>(inverse_temperature), 9), 1);
+    problem.level.strengths = {static_cast<float>(inverse_temperature)};
+    const VectorField field = swept(problem, 1);
     const double draws = 2.0 * side * side;
     const double taken =
         static_cast<double>(std::ranges::count_if(field[0], [](float d) { return d != 0.0F; }) +

@@ -1,16 +1,8 @@
 // What verify reports of sound and of spoilt backends; faults_test has the list of planted faults.
 
-#include "harness/check/verify.hpp"
-
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/scene/method.hpp"
 #include "test/scenes.hpp"
-#include "test/sessions.hpp"
-
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
-#include <algorithm>
 
 namespace hdmbench {
 namespace {

@@ -1,11 +1,6 @@
 #include "harness/scene/sites.hpp"
 #include "test/files.hpp"
 
-#include <algorithm>
-#include <limits>
-#include <random>
-#include <utility>
-
 namespace hdmbench {
 namespace {
 

@@ -6,15 +6,10 @@
 #include "test/program.hpp"
 #include "test/random_level.hpp"
 
-#include <fmt/format.h>
-#include <gmock/gmock.h>
-#include <gtest/gtest.h>
-
 namespace hdmbench {
 namespace {
 
 using test::Outcome;
-using testing::HasSubstr;
 
 /// Runs the program with the stand-ins; `fault` is API/kind/call.
 Outcome with_fault(const std::string& fault, const std::string& arguments) {

@@ -8,16 +8,11 @@
 #include "test/r300/shader_compiler.hpp"
 #include "test/random_level.hpp"
 
-#include <fmt/format.h>
-#include <gmock/gmock.h>
 #include <shaders/sweep_fragment.hpp>
-
-#include <algorithm>
 
 namespace hdmbench::test {
 namespace {
 
-using testing::HasSubstr;
 using testing::ThrowsMessage;
 
 constexpr int budget = 512;
