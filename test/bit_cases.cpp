@@ -442,7 +442,8 @@ std::vector<BitCase> cases_of(Group group) {
   return makers.at(static_cast<std::size_t>(group))();
 }
 
-std::vector<State> do_case(Session& session, const BitCase& bit_case, bool one_by_one) {
+/// Does a case; returns the states to be compared, in order. `one_by_one`: a call for each sweep.
+static std::vector<State> do_case(Session& session, const BitCase& bit_case, bool one_by_one = false) {
   std::vector<State> states;
   const auto look = [&] { states.push_back({.field = read(session), .changed = session.changed()}); };
   if (!bit_case.levels.empty()) {

@@ -66,9 +66,6 @@ struct State {
   std::int64_t changed = 0; ///< sites that the last sweep changed
 };
 
-/// Does a case; returns the states to be compared, in order. `one_by_one`: a call for each sweep.
-[[nodiscard]] std::vector<State> do_case(Session& session, const BitCase& bit_case, bool one_by_one = false);
-
 /// The cases and what scalar makes of them, sweep by sweep.
 class ExpectedBits {
 public:

@@ -4,6 +4,7 @@
 #include "harness/check/certificate.hpp"
 
 #include "harness/check/bounded_real.hpp"
+#include "kernels/data/gather.hpp"
 #include "reference/thesis_energy.hpp"
 #include "test/scenes.hpp"
 

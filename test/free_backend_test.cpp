@@ -78,8 +78,10 @@ TEST_P(FreeBackend, LandsInTheThirdTierWhereCandidatesNearlyTie) {
 }
 
 TEST_P(FreeBackend, HasTheBitsOfScalarWhereAllIsExact) {
-  std::vector<Scene> scenes = test::exact_scenes();
-  scenes.push_back(test::textured_scene("dyadic", {72, 60}, Texture::dyadic, 11, 20));
+  std::vector<Scene> scenes{test::textured_scene("dyadic", {72, 60}, Texture::dyadic, 11, 20)};
+  for (const char* const name : {"exact-textures", "exact-pyramid", "exact-square"}) {
+    scenes.push_back(load_scene(name));
+  }
   for (Scene& scene : scenes) {
     scene.schedule.iterations = std::min(scene.schedule.iterations, 8);
     for (const Comparison& comparison : test::verified(scene, *backend_)) {

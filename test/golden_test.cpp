@@ -82,9 +82,13 @@ TEST(GoldenFile, TheCommittedOneHasEveryCaseAndNoOther) {
 struct Golden : testing::Test {
   static std::pair<GoldenEntry, Scene> committed(const std::string& name, const std::string& method) {
     for (const Case& one : golden_cases()) {
-      if (one.scene == name && one.method == method) {
-        Scene scene = load_case(one);
-        return {*find_golden(committed_golden(), case_of(scene)), std::move(scene)};
+      if (one.scene != name) {
+        continue;
+      }
+      Scene scene = load_case(one);
+      const Case problem = case_of(scene);
+      if (problem.method == method) {
+        return {*find_golden(committed_golden(), problem), std::move(scene)};
       }
     }
     throw InputError("there is no golden case of " + name + " by " + method);
