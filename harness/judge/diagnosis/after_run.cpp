@@ -69,11 +69,11 @@ void check_met(const Scene& scene, const VectorField& displacement, Warnings& wa
       }
     };
     const Level& level = scene.full;
-    const PriorAtSite prior = level.energy->host->prior(level, displacement, x, y);
-    check(level.confidence[0][at], level.target[0][at], displacement[0][at], prior.gradient_x,
-          prior.curvature_x);
-    check(level.confidence[1][at], level.target[1][at], displacement[1][at], prior.gradient_y,
-          prior.curvature_y);
+    const PriorAtSite prior = level.energy->host->prior(level, displacement, x, y, 0);
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      check(level.confidence[axis][at], level.target[axis][at], displacement[axis][at], prior.gradient[axis],
+            prior.curvature[axis]);
+    }
   });
   for (const auto& [kind, missed] : {std::pair("gives-way", overruled), {"not-met", not_arrived}}) {
     if (missed.count > 0) {

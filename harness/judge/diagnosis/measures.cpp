@@ -97,11 +97,15 @@ double squared_sum(const std::vector<float>& values) {
 template <typename AtSite>
 VectorField everywhere(const AtSite& at_site, const Level& level, const VectorField& displacement) {
   VectorField result(level.extent);
-  for_each_site(level.extent, [&](int x, int y) {
-    const auto [of_x, of_y] = at_site(level, displacement, x, y);
-    result[0][level.extent.index(x, y)] = static_cast<float>(of_x);
-    result[1][level.extent.index(x, y)] = static_cast<float>(of_y);
-  });
+  const Extent extent = level.extent;
+  for (int row = 0; row < extent.rows(); ++row) {
+    for (int x = 0; x < extent.width; ++x) {
+      const auto found = at_site(level, displacement, x, row % extent.height, row / extent.height);
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        result[axis][extent.index(x, row)] = static_cast<float>(found[axis]);
+      }
+    }
+  }
   return result;
 }
 
