@@ -2,6 +2,7 @@
 
 #include "harness/report/report.hpp"
 #include "harness/report/verdict.hpp"
+#include "harness/scene/images/images.hpp"
 #include "test/chromium.hpp"
 #include "test/program.hpp"
 
@@ -153,12 +154,11 @@ const column = (index) => shown("#speed-over-sizes .table tbody tr").map((row) =
 const choose = (select, value) => { select.value = value; select.dispatchEvent(new Event("change")); };
 const answer = document.createElement("pre");
 answer.id = "answer";
-let result;
-try { result = (() => { )" + body +
-                               R"( })(); } catch (error) { result = "error: " + error; }
+(async () => { )" + body +
+                               R"( })().catch((error) => "error: " + error).then((result) => {
 const escaped = (character) => "\\u" + character.charCodeAt(0).toString(16).padStart(4, "0");
 answer.textContent = "\u27e6" + JSON.stringify(result).replace(/[<>&\u007f-\uffff]/g, escaped) + "\u27e7";
-document.body.append(answer);
+document.body.append(answer); });
 }
 </script></body>)";
     text.replace(text.rfind("</body>"), 7, driver);
@@ -286,6 +286,44 @@ TEST_F(PageInBrowser, SwitchesSeriesScenesAndCells) {
   EXPECT_THAT(found["missing"],
               AllOf(HasSubstr("planted faults (hdmbench faults)"), Not(HasSubstr("tradeoff"))));
   EXPECT_EQ(found["verdict"], "verdict bad");
+}
+
+TEST_F(PageInBrowser, SlidersMoveTheSlicesOfAVolume) {
+  if (!have_images()) {
+    GTEST_SKIP() << "no pictures in this build";
+  }
+  ScalarField picture({7, 5, 6}); // each site has a gray value of its own, and moves by one along z
+  for_each_site(picture.extent, [&](int x, int y, int z) {
+    picture.values[picture.extent.index(x, y, z)] = static_cast<float>(40 * z + 7 * y + x + 1);
+  });
+  VectorField displacement(picture.extent);
+  std::ranges::fill(displacement[2], 1.0F);
+  const ContactSheet sheet = contact_sheet(picture, displacement);
+  ASSERT_EQ(sheet.volume, picture.extent);
+  write_png(folder() / "s.png", sheet.picture);
+  write_png(folder() / "a.png", slice_of(picture, Plane{}));
+  write("run.json", "run",
+        json::array({{{"scene", "ball"},
+                      {"width", 7},
+                      {"height", 5},
+                      {"depth", 6},
+                      {"slices", {{"width", 7}, {"height", 5}, {"depth", 6}, {"at", {3, 2, 4}}}},
+                      {"pictures", {{"after", "a.png"}, {"slices", "s.png"}}}}}));
+  make();
+  const json found = ask(R"(
+    const canvases = shown("canvas"), sliders = shown(".slider input");
+    for (let tries = 0; tries < 50 && !texts(".slider figcaption")[0]; ++tries) await new Promise((done) => setTimeout(done, 50));
+    const gray = (view, x, y) => canvases[view].getContext("2d").getImageData(x, y, 1, 1).data[0];
+    const corners = () => canvases.map((canvas, view) => [gray(view, 0, 0), gray(view, canvas.width - 1, canvas.height - 1)]);
+    const after = corners();
+    choose(named(".choice", "Deformation afterbefore").querySelector("select"), "before"); const before = corners();
+    sliders.forEach((slider) => { slider.value = 1; slider.dispatchEvent(new Event("input")); });
+    return { after, before, moved: corners(), captions: texts(".slider figcaption") };)");
+  ASSERT_TRUE(found.is_object()) << found;
+  EXPECT_EQ(found["before"], json({{161, 195}, {15, 221}, {4, 232}})) << "across z = 4, y = 2, x = 3";
+  EXPECT_EQ(found["after"], json({{121, 155}, {0, 181}, {0, 192}})) << "what was one slice before";
+  EXPECT_EQ(found["moved"], json({{41, 75}, {8, 214}, {2, 230}})) << "across 1";
+  EXPECT_EQ(found["captions"][0], "slice across z: 2 of 6");
 }
 
 TEST_F(PageInBrowser, MachinesStandSideBySide) {
