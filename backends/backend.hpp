@@ -172,6 +172,8 @@ public:
   [[nodiscard]] virtual double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const { return 0.0; }
   /// Whether open_elastic() opens anything.
   [[nodiscard]] virtual bool has_elastic() const { return false; }
+  /// Whether that session takes volumes, too.
+  [[nodiscard]] virtual bool has_elastic_volumes() const { return false; }
   /// A session for the elastic energy (backends/shared/elastic_session.hpp); null where this backend has
   /// none. Throws DeviceError, as the session does, with the backend's name in front.
   [[nodiscard]] std::unique_ptr<ElasticSession> open_elastic(const SessionOptions& options) const;
