@@ -63,6 +63,9 @@ void Session::require_supported(const Level& level) const {
   if (level.update == Update::sequential && !sequential_) {
     throw DeviceError(fmt::format("{} cannot update sequentially, only scalar can", backend_));
   }
+  if (level.extent.axes() > 2 && !volumes_) {
+    throw DeviceError(fmt::format("{} computes images only; take openmp or scalar for a volume", backend_));
+  }
 }
 
 void Session::load(const Level& level) {
@@ -131,8 +134,9 @@ void Session::write(const VectorField& displacement) {
   if (pyramid_) {
     throw std::logic_error("write: called after load(pyramid)");
   }
-  if (displacement.extent != *extent_ || displacement[0].size() != extent_->sites() ||
-      displacement[1].size() != extent_->sites()) {
+  const auto has_all_sites = [&](const std::vector<float>& of) { return of.size() == extent_->sites(); };
+  if (displacement.extent != *extent_ ||
+      !std::ranges::all_of(std::span(displacement.planes).first(extent_->axes()), has_all_sites)) {
     throw std::logic_error(fmt::format("write: the field is {} x {}, the level {} x {}",
                                        displacement.extent.width, displacement.extent.height, extent_->width,
                                        extent_->height));
@@ -186,11 +190,13 @@ std::unique_ptr<Session> Backend::open(const SessionOptions& options) const {
   const auto open_one = [this, index = choose(name(), devices(), options.device), options] {
     std::unique_ptr<Session> part = do_open(index, options);
     part->sequential_ = supports(Update::sequential);
+    part->volumes_ = takes_volumes();
     return part;
   };
   std::unique_ptr<Session> session = std::make_unique<CutSession>(open_one);
   session->backend_ = name();
   session->sequential_ = supports(Update::sequential);
+  session->volumes_ = takes_volumes();
   return session;
 }
 

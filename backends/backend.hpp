@@ -55,7 +55,8 @@ struct Device {
 /// Which sites a sweep visits. Field and counts of changes are the same to the bit.
 enum class Work {
   dense,  ///< all of them: what the thesis timed
-  active, ///< tiles in which something can change; all of them where !changes_spread_by_contact(level)
+  active, ///< tiles in which something can change; all of them where !changes_spread_by_contact(level), and
+          ///< in volumes
 };
 
 /// What the command line and results call them, in the order of the enumerators.
@@ -84,7 +85,8 @@ public:
 
   /// Uploads what does not change during the sweeps and makes room for the field, whose content is then
   /// undefined. The level is assumed to be valid (kernels/data/level.hpp). Throws DeviceError if it exceeds
-  /// the device's limits even in pieces (TooLarge; cut_session.hpp) or the update mode is not this backend's.
+  /// the device's limits even in pieces (TooLarge; cut_session.hpp) or the update mode is not this backend's,
+  /// or the level is a volume and the backend does not take it.
   void load(const Level& level);
   /// Uploads the displacement (extent of the level). changed() is 0 afterwards.
   void write(const VectorField& displacement);
@@ -133,6 +135,7 @@ private:
 
   std::string backend_;     ///< name of the backend that opened this session, for errors; empty: no name
   bool sequential_ = false; ///< whether that backend supports sequential updates
+  bool volumes_ = false;    ///< whether it takes volumes
   std::optional<Extent> extent_;
   std::optional<Pyramid> pyramid_; ///< where load(pyramid) was the last load
   bool written_ = false;
@@ -148,6 +151,8 @@ public:
   /// One line for people: language and interface.
   [[nodiscard]] virtual std::string_view description() const = 0;
   [[nodiscard]] virtual bool supports(Update update) const { return update != Update::sequential; }
+  /// Whether it computes volumes; all compute images.
+  [[nodiscard]] virtual bool takes_volumes() const { return false; }
   /// The devices present, at least one. Throws DeviceError with one sentence that says why there is none.
   [[nodiscard]] virtual std::vector<Device> devices() const = 0;
   /// An image that is too large for the device is cut into pieces, for which load() opens further sessions:
@@ -167,6 +172,8 @@ public:
   [[nodiscard]] virtual double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const { return 0.0; }
   /// Whether open_elastic() opens anything.
   [[nodiscard]] virtual bool has_elastic() const { return false; }
+  /// Whether that session takes volumes, too.
+  [[nodiscard]] virtual bool has_elastic_volumes() const { return false; }
   /// A session for the elastic energy (backends/shared/elastic_session.hpp); null where this backend has
   /// none. Throws DeviceError, as the session does, with the backend's name in front.
   [[nodiscard]] std::unique_ptr<ElasticSession> open_elastic(const SessionOptions& options) const;

@@ -18,13 +18,14 @@ public:
   struct Value {
     double x = 0.0;
     double y = 0.0;
+    double z = 0.0; ///< in volumes
   };
 
   /// U_t with the neighbours as they are and the centre's own displacement replaced by `centre`. The terms of
-  /// x and of y, whose sum is U_t.
-  [[nodiscard]] Value at(int x, int y, Value centre) const;
+  /// the components, whose sum is U_t. z is the slice of a volume.
+  [[nodiscard]] Value at(int x, int y, Value centre, int z = 0) const;
   /// The same with the centre as it is.
-  [[nodiscard]] Value at(int x, int y) const;
+  [[nodiscard]] Value at(int x, int y, int z = 0) const;
 
 private:
   const Level& level_;
@@ -33,9 +34,9 @@ private:
 
 using ThesisEnergy = ThesisEnergyOf<VectorField>;
 
-/// One simultaneous iteration in double: every site takes, per component, the first candidate of the smallest
-/// energy, each energy evaluated directly from (4.6)-(4.17). Shares no arithmetic with kernels/; uses all
-/// CPU threads. `displacement` has the level's extent.
+/// One simultaneous iteration of an image in double: every site takes, per component, the first candidate of
+/// the smallest energy, each energy evaluated directly from (4.6)-(4.17). Shares no arithmetic with kernels/;
+/// uses all CPU threads. `displacement` has the level's extent.
 [[nodiscard]] ReferenceField thesis_iteration(const Level& level, const ReferenceField& displacement);
 
 /// Bilinear interpolation to the next level in double (Alg. 3, line 3); the outermost sites of both are at

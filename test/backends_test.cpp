@@ -48,6 +48,12 @@ TEST_P(SameBits, AsScalar) {
   if (const std::string reason = test::why_absent(backend); !reason.empty()) {
     GTEST_SKIP() << reason;
   }
+  if (group == Group::volumes && !backend.takes_volumes()) {
+    const auto problem = test::random_problem({3, 3, 3}, Texture::smooth, 1);
+    EXPECT_THAT([&] { backend.open({})->load(problem.level); },
+                testing::ThrowsMessage<DeviceError>(HasSubstr("computes images only")));
+    return;
+  }
   expect_scalars_bits(backend, ways_of(backend, group), ExpectedBits(cases_of(group)));
 }
 
@@ -73,11 +79,13 @@ void expect_elastic_bits(ElasticSession& session, std::string_view way) {
 TEST(OpenMpBackend, EveryInstructionSetGivesScalarsBits) {
   const ExpectedBits sizes(cases_of(Group::sizes));
   const ExpectedBits candidates(cases_of(Group::candidates));
+  const ExpectedBits volumes(cases_of(Group::volumes));
   for (const openmp::InstructionSet& set : openmp::instruction_sets()) {
     const auto backend = make_openmp_with("openmp", programs_of(thesis_energy).rows.at(set.row), set.name);
     const auto session = backend->open({.device = {}, .threads = 1});
     EXPECT_EQ(sizes.differences(*session), "") << set.name;
     EXPECT_EQ(candidates.differences(*session), "") << set.name;
+    EXPECT_EQ(volumes.differences(*session), "") << set.name;
     for (const int threads : {1, 3}) {
       expect_elastic_bits(*make_elastic_openmp(threads, *set.elastic_rows, 1), set.name);
     }

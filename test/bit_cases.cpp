@@ -276,6 +276,47 @@ Cases pyramids() {
   return cases;
 }
 
+Cases volumes() {
+  Cases cases;
+  std::uint64_t seed = 800;
+  for (const Extent extent : {Extent{2, 2, 2}, {5, 7, 3}, {33, 7, 15}, {9, 30, 22}}) {
+    for (const Rule rule : all_rules) {
+      for (const Update update : simultaneous_and_coloured) {
+        ++seed;
+        BitCase one = random_bit_case(extent, grid_textures[seed % 3], seed, {}, rule, update);
+        cases.push_back(one);
+        if (rule != Rule::closed_form) {
+          cases.push_back(pyramid_of(one, 2, seed % 2 == 0 ? Alignment::corner : Alignment::center));
+        }
+        couple(one.problem.level);
+        one.name += ", coupled";
+        cases.push_back(std::move(one));
+      }
+    }
+  }
+  // Half of it without an observation; one modulus, or one but at one site, whose neighbours are in other
+  // slices.
+  for (const bool same : {true, false}) {
+    BitCase one = random_bit_case({70, 21, 9}, Texture::smooth, ++seed);
+    Level& level = one.problem.level;
+    std::ranges::fill(level.modulus.values, 7.0F);
+    level.modulus.values[level.extent.index(40, 10, 4)] = same ? 7.0F : 2.0F;
+    set_inverse_modulus(level);
+    for (std::vector<float>& plane : level.confidence.planes) {
+      std::fill_n(plane.begin(), plane.size() / 2, 0.0F);
+    }
+    one.name += same ? ", one modulus" : ", one modulus but at one site";
+    one.calls = {1, 2, 9};
+    cases.push_back(std::move(one));
+  }
+  for (const char* steps : {"0", "1,-1", "fine", "0,1,2,3,4,5,6,7,8,9,-1,-2,-3,-4,-5,-6"}) {
+    for (const Rule rule : {Rule::steps, Rule::annealing}) {
+      cases.push_back(random_bit_case({18, 9, 5}, Texture::tie_rich, ++seed, StepSet::parse(steps), rule));
+    }
+  }
+  return cases;
+}
+
 Cases layouts() {
   Cases cases;
   const std::vector<int> calls{1, 2, 5};
@@ -430,15 +471,15 @@ std::string elastic_difference(ElasticSession& session, const ElasticCase& one, 
 
 BitCase random_bit_case(Extent extent, Texture texture, std::uint64_t seed, std::optional<StepSet> steps,
                         Rule rule, Update update) {
-  return {.name = fmt::format("random_problem({{{}, {}}}, Texture({}), {}, {}, Rule({}), Update({}))",
-                              extent.width, extent.height, static_cast<int>(texture), seed,
+  return {.name = fmt::format("random_problem({{{}, {}, {}}}, Texture({}), {}, {}, Rule({}), Update({}))",
+                              extent.width, extent.height, extent.depth, static_cast<int>(texture), seed,
                               steps ? fmt::format("StepSet::parse(\"{}\")", steps->text()) : "{}",
                               static_cast<int>(rule), static_cast<int>(update)),
           .problem = random_problem(extent, texture, seed, steps, rule, update)};
 }
 
 std::vector<BitCase> cases_of(Group group) {
-  static constexpr std::array makers{sizes, rules, candidates, tiles, waking, pyramids, layouts};
+  static constexpr std::array makers{sizes, rules, candidates, tiles, waking, pyramids, volumes, layouts};
   return makers.at(static_cast<std::size_t>(group))();
 }
 

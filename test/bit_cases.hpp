@@ -33,12 +33,13 @@ enum class Group {
   tiles,      ///< one site unlike the others in a tile, in its rim and beside it
   waking,     ///< fields at rest in which something begins to move, and fronts that run through them
   pyramids,   ///< all levels in one piece
+  volumes,    ///< every rule with every order of sites, all kinds of tiles, pyramids
   layouts,    ///< a few that show how an image is cut into tiles or among threads
 };
-inline constexpr std::array<std::string_view, 7> group_names{"sizes",  "rules",    "candidates", "tiles",
-                                                             "waking", "pyramids", "layouts"};
+inline constexpr std::array<std::string_view, 8> group_names{"sizes",  "rules",    "candidates", "tiles",
+                                                             "waking", "pyramids", "volumes",    "layouts"};
 inline constexpr std::array all_groups{Group::sizes,  Group::rules,    Group::candidates, Group::tiles,
-                                       Group::waking, Group::pyramids, Group::layouts};
+                                       Group::waking, Group::pyramids, Group::volumes,    Group::layouts};
 [[nodiscard]] std::vector<BitCase> cases_of(Group group);
 
 /// Levels of the elastic energy, on which a session does every step of its methods.

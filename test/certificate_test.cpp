@@ -170,7 +170,7 @@ TEST(Verify, MistrustsASceneThatIsDeclaredExactAndIsNot) {
 /// Of the x component's energy change in float32, against exact arithmetic on the same displacements,
 /// targets, confidences and moduli; 1 / m enters with the rounding of the host.
 double change_bound(const Level& level, const VectorField& field, int x, int y, float step) {
-  const Bounded::Site site = gather<Bounded>(level, field, x, y, [](float inverse_modulus) {
+  const Bounded::Site site = gather<Bounded>(level, field, x, y, 0, [](float inverse_modulus) {
     return bounded::real(inverse_modulus,
                          bounded::unit_roundoff * static_cast<double>(inverse_modulus) * bounded::inflation);
   });

@@ -176,6 +176,27 @@ TEST(Folding, TheLeastDeterminantOfACellIsAtACorner) {
   }
 }
 
+TEST(Folding, OfAVolumeIsTheDeterminantOfThree) {
+  VectorField field({4, 5, 3});
+  const double gradient[3][3] = {{0.5, -0.25, 0.125}, {0.75, -0.5, 0.25}, {-0.375, 1.0, 0.625}};
+  for_each_site(field.extent, [&](int x, int y, int z) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      field[i][field.extent.index(x, y, z)] =
+          static_cast<float>(gradient[i][0] * x + gradient[i][1] * y + gradient[i][2] * z);
+    }
+  });
+  // 1.5 (0.5 * 1.625 - 0.25) + 0.25 (0.75 * 1.625 + 0.25 * 0.375) + 0.125 (0.75 + 0.5 * 0.375)
+  const ScalarField ratios = least_area_ratios(field);
+  EXPECT_EQ(ratios.extent, (Extent{3, 4, 2}));
+  EXPECT_EQ(ratios.values, std::vector<float>(24, 1.2890625F));
+  EXPECT_EQ(area_change_map(field).values, std::vector<float>(60, 0.2890625F));
+  Scene scene = plain_scene(field.extent);
+  EXPECT_FALSE(has(diagnose_field(scene, field), "fold-over"));
+  field[2][field.extent.index(2, 3, 1)] -= 3.0F; // one site behind its neighbour: the eight cells around it
+  EXPECT_THAT(warnings_text(diagnose_field(scene, field)), HasSubstr("of their volume"));
+  EXPECT_GT(sites_of(diagnose_field(scene, field), "fold-over"), 0U);
+}
+
 TEST(AfterTheRun, TheFixedPointIsWithoutWarnings) {
   Scene scene = pulled_scene({33, 33}, 8.0F);
   const VectorField field = solve_fixed_point(scene.full).displacement.to_float();

@@ -1,5 +1,5 @@
 // The elastic energy of volumes: the specification against finite elements in double, the levels against the
-// products that define them, and openmp against scalar, step by step.
+// products that define them, and backends against scalar, step by step.
 
 #include "backends/registry.hpp"
 #include "backends/shared/elastic_session.hpp"
@@ -137,65 +137,82 @@ TEST(ElasticVolume, CoarseLevelsAreGalerkinProducts) {
   }
 }
 
-TEST(ElasticVolume, OpenmpHasTheBitsOfScalar) {
+struct Way {
+  const char* backend;
+  int threads;
+};
+
+class VolumeBits : public testing::TestWithParam<Way> {};
+INSTANTIATE_TEST_SUITE_P(Backends, VolumeBits,
+                         testing::Values(Way{"openmp", 1}, Way{"openmp", 3}, Way{"opencl", 1},
+                                         Way{"gl-compute", 1}, Way{"vulkan-compute", 1}),
+                         [](const auto& way) {
+                           std::string name = way.param.backend + std::to_string(way.param.threads);
+                           std::erase(name, '-');
+                           return name;
+                         });
+
+TEST_P(VolumeBits, AreThoseOfScalar) {
+  std::unique_ptr<ElasticSession> found_by;
+  try {
+    found_by = open_session(GetParam().backend, GetParam().threads);
+  } catch (const std::runtime_error& error) {
+    GTEST_SKIP() << GetParam().backend << " is not there: " << error.what();
+  }
+  const auto scalar = open_session("scalar", 1);
   for (const Extent extent : odd_boxes) {
     for (const Held held : {Held::border, Held::regions, Held::springs}) {
-      for (const int threads : {1, 3}) {
-        const Level level = elastic_level(extent, Tissue::inclusion, held, 100.0, 6);
-        const ElasticHierarchy hierarchy = make_elastic_hierarchy(level, 0.3);
-        const auto scalar = open_session("scalar", 1);
-        const auto openmp = open_session("openmp", threads);
-        const int levels = static_cast<int>(hierarchy.levels.size());
-        scalar->load(hierarchy);
-        openmp->load(hierarchy);
-        const auto agrees = [&](int at, ElasticField field, const char* step) {
-          VectorField expected;
-          VectorField found;
-          scalar->read(at, field, expected);
-          openmp->read(at, field, found);
-          EXPECT_TRUE(expected.planes == found.planes)
-              << step << " on level " << at << " of " << name_of(extent) << ", held "
-              << static_cast<int>(held) << ", " << threads << " threads";
-        };
-        const auto each = [&](const auto& call) {
-          call(*scalar);
-          call(*openmp);
-        };
-        for (int at = 0; at < levels; ++at) {
-          const Extent sites = hierarchy.levels[static_cast<std::size_t>(at)].grid.sites;
-          const auto seed = static_cast<std::uint64_t>(at);
-          each([&](ElasticSession& session) {
-            session.write(at, ElasticField::correction, test::random_field(sites, 10 + seed));
-            session.write(at, ElasticField::load, test::random_field(sites, 20 + seed));
-            session.relax(at, ElasticField::correction);
-          });
-          agrees(at, ElasticField::correction, "relax");
-          if (at + 1 < levels) {
-            each([&](ElasticSession& session) { session.restrict_residual(at, ElasticField::correction); });
-            agrees(at + 1, ElasticField::load, "restrict_residual");
-            each([&](ElasticSession& session) { session.restrict_load(at); });
-            agrees(at + 1, ElasticField::load, "restrict_load");
-          }
-          if (at > 0) {
-            each([&](ElasticSession& session) { session.correct(at - 1, ElasticField::correction); });
-            agrees(at - 1, ElasticField::correction, "correct");
-            each([&](ElasticSession& session) { session.interpolate(at - 1); });
-            agrees(at - 1, ElasticField::correction, "interpolate");
-          }
-          each([&](ElasticSession& session) { session.relax_from_zero(at); });
-          agrees(at, ElasticField::correction, "relax_from_zero");
-        }
-        each([](ElasticSession& session) { session.solve_coarsest(); });
-        agrees(levels - 1, ElasticField::correction, "solve_coarsest");
-        each([](ElasticSession& session) {
-          session.forces(ElasticField::correction, ElasticField::image);
-          session.advance(ElasticField::direction, ElasticField::image, 0.7F, ElasticField::load);
+      const Level level = elastic_level(extent, Tissue::inclusion, held, 100.0, 6);
+      const ElasticHierarchy hierarchy = make_elastic_hierarchy(level, 0.3);
+      const int levels = static_cast<int>(hierarchy.levels.size());
+      scalar->load(hierarchy);
+      found_by->load(hierarchy);
+      const auto agrees = [&](int at, ElasticField field, const char* step) {
+        VectorField expected;
+        VectorField found;
+        scalar->read(at, field, expected);
+        found_by->read(at, field, found);
+        EXPECT_TRUE(expected.planes == found.planes)
+            << step << " on level " << at << " of " << name_of(extent) << ", held " << static_cast<int>(held);
+      };
+      const auto each = [&](const auto& call) {
+        call(*scalar);
+        call(*found_by);
+      };
+      for (int at = 0; at < levels; ++at) {
+        const Extent sites = hierarchy.levels[static_cast<std::size_t>(at)].grid.sites;
+        const auto seed = static_cast<std::uint64_t>(at);
+        each([&](ElasticSession& session) {
+          session.write(at, ElasticField::correction, test::random_field(sites, 10 + seed));
+          session.write(at, ElasticField::load, test::random_field(sites, 20 + seed));
+          session.relax(at, ElasticField::correction);
         });
-        agrees(0, ElasticField::image, "forces");
-        agrees(0, ElasticField::direction, "advance");
-        EXPECT_EQ(scalar->dot(ElasticField::direction, ElasticField::load),
-                  openmp->dot(ElasticField::direction, ElasticField::load));
+        agrees(at, ElasticField::correction, "relax");
+        if (at + 1 < levels) {
+          each([&](ElasticSession& session) { session.restrict_residual(at, ElasticField::correction); });
+          agrees(at + 1, ElasticField::load, "restrict_residual");
+          each([&](ElasticSession& session) { session.restrict_load(at); });
+          agrees(at + 1, ElasticField::load, "restrict_load");
+        }
+        if (at > 0) {
+          each([&](ElasticSession& session) { session.correct(at - 1, ElasticField::correction); });
+          agrees(at - 1, ElasticField::correction, "correct");
+          each([&](ElasticSession& session) { session.interpolate(at - 1); });
+          agrees(at - 1, ElasticField::correction, "interpolate");
+        }
+        each([&](ElasticSession& session) { session.relax_from_zero(at); });
+        agrees(at, ElasticField::correction, "relax_from_zero");
       }
+      each([](ElasticSession& session) { session.solve_coarsest(); });
+      agrees(levels - 1, ElasticField::correction, "solve_coarsest");
+      each([](ElasticSession& session) {
+        session.forces(ElasticField::correction, ElasticField::image);
+        session.advance(ElasticField::direction, ElasticField::image, 0.7F, ElasticField::load);
+      });
+      agrees(0, ElasticField::image, "forces");
+      agrees(0, ElasticField::direction, "advance");
+      EXPECT_EQ(scalar->dot(ElasticField::direction, ElasticField::load),
+                found_by->dot(ElasticField::direction, ElasticField::load));
     }
   }
 }

@@ -15,7 +15,7 @@ namespace {
 using in_double = Hdm<double>;
 
 double total(ThesisEnergy::Value value) {
-  return value.x + value.y;
+  return value.x + value.y + value.z;
 }
 
 in_double::Neighbours widen(const HdmInFloat::Neighbours& n) {
@@ -55,18 +55,10 @@ TEST(Energy, DifferenceFormEqualsThesisForEveryCandidate) {
       const double tolerance = 1e-12 * (1.0 + std::abs(before));
       EXPECT_NEAR(in_double::site_energy(site), before, tolerance) << "x = " << x << ", y = " << y;
       for (const double step : {-1.0, 0.3, 2.0}) {
-        const in_double::Neighbours toward = in_double::stiffness_ratios(site);
-        double curvature = in_double::add_curvature(0.0, toward.south_east, toward.north_west);
-        curvature = in_double::add_curvature(curvature, toward.north_east, toward.south_west);
-        curvature = in_double::add_curvature(curvature, toward.east, toward.west);
-        double gradient = in_double::add_gradient(0.0, toward.south_east, toward.north_west,
-                                                  site.dx.north_west, site.dx.centre, site.dx.south_east);
-        gradient = in_double::add_gradient(gradient, toward.north_east, toward.south_west, site.dx.south_west,
-                                           site.dx.centre, site.dx.north_east);
-        gradient = in_double::add_gradient(gradient, toward.east, toward.west, site.dx.west, site.dx.centre,
-                                           site.dx.east);
-        const double change = in_double::energy_change(
-            step, gradient, curvature, site.target_x - site.dx.centre, site.penalty * site.confidence_x);
+        const in_double::Prior prior = in_double::prior_of(site);
+        const double change =
+            in_double::energy_change(step, prior.gradient_x, prior.curvature_x,
+                                     site.target_x - site.dx.centre, site.penalty * site.confidence_x);
         const double after = total(thesis.at(x, y, {site.dx.centre + step, site.dy.centre}));
         EXPECT_NEAR(change, after - before, 10.0 * tolerance + 1e-12 * std::abs(after))
             << "x = " << x << ", y = " << y << ", step " << step;
@@ -89,13 +81,46 @@ TEST(Energy, FirstCandidateWinsATie) {
 }
 
 TEST(Energy, MeanEnergyIsTheMeanOfTheThesisEnergy) {
-  const auto [level, start] = test::random_problem({31, 12}, test::Texture::smooth, 3);
+  for (const Extent extent : {Extent{31, 12}, {7, 6, 5}}) {
+    const auto [level, start] = test::random_problem(extent, test::Texture::smooth, 3);
+    const ThesisEnergy thesis(level, start);
+    double sum = 0.0;
+    for (int row = 0; row < extent.rows(); ++row) {
+      for (int x = 0; x < extent.width; ++x) {
+        sum += total(thesis.at(x, row % extent.height, row / extent.height));
+      }
+    }
+    const double expected = sum / static_cast<double>(extent.sites());
+    // Around 40 float operations a site, errors of either sign.
+    EXPECT_NEAR(mean_energy(level, start), expected, 40 * std::numeric_limits<float>::epsilon() * expected);
+  }
+}
+
+/// In a volume U_t is a parabola in each component: two energies beside the centre's have its gradient and
+/// curvature.
+TEST(Energy, GradientAndCurvatureOfAVolumeAreThoseOfTheThesis) {
+  auto [level, start] = test::random_problem({6, 5, 4}, test::Texture::smooth, 13);
+  level.confidence = VectorField(level.extent);
   const ThesisEnergy thesis(level, start);
-  double sum = 0.0;
-  for_each_site(level.extent, [&](int x, int y) { sum += total(thesis.at(x, y)); });
-  const double expected = sum / static_cast<double>(level.extent.sites());
-  // Around 40 float operations a site, errors of either sign.
-  EXPECT_NEAR(mean_energy(level, start), expected, 40 * std::numeric_limits<float>::epsilon() * expected);
+  for (int row = 0; row < level.extent.rows(); ++row) {
+    for (int x = 0; x < level.extent.width; ++x) {
+      const int y = row % level.extent.height;
+      const int z = row / level.extent.height;
+      const PriorAtSite prior = level.energy->host->prior(level, start, x, y, z);
+      const std::size_t site = level.extent.index(x, y, z);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const auto energy = [&](double step) {
+          std::array<double, 3> centre{start[0][site], start[1][site], start[2][site]};
+          centre[axis] += step;
+          return total(thesis.at(x, y, {centre[0], centre[1], centre[2]}, z));
+        };
+        const double gradient = (energy(1.0) - energy(-1.0)) / 4.0;
+        const double curvature = (energy(1.0) + energy(-1.0) - 2.0 * energy(0.0)) / 2.0;
+        EXPECT_NEAR(prior.gradient[axis], gradient, 1e-5 * (curvature * 20.0));
+        EXPECT_NEAR(prior.curvature[axis], curvature, 1e-5 * curvature);
+      }
+    }
+  }
 }
 
 /// Operations of an update of one site, as they stand in the texts with the scalar counted::real.

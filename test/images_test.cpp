@@ -138,7 +138,7 @@ TEST_F(ImageFiles, WhatCannotBeWrittenLeavesNothing) {
   VectorField infinite = field;
   infinite[1][4] = HUGE_VALF;
   expect_refusal([&] { write_displacement(path("d.nrrd"), infinite, 1.0); }, "x = 1, y = 1");
-  expect_refusal([&] { write_magnitude_png(path("p.png"), infinite, 1.0); }, "x = 1, y = 1");
+  expect_refusal([&] { write_magnitude_png(path("p.png"), magnitude_of(infinite), 1.0); }, "x = 1, y = 1");
   EXPECT_TRUE(files().empty());
   fs::create_directory(path("folder.nrrd"));
   write("folder.nrrd/file", "so that it cannot be replaced");
@@ -158,7 +158,7 @@ TEST_F(ImageFiles, PicturesAreRoundedAndClampedAndMagnitudesGetBrighter) {
     field[0][x] = 0.6F * static_cast<float>(x);
     field[1][x] = -0.8F * static_cast<float>(x);
   }
-  write_magnitude_png(path("m.png"), field, 100.0);
+  write_magnitude_png(path("m.png"), magnitude_of(field), 100.0);
   const auto red_green = read_vector(path("m.png")).pixels;
   const auto brightness = [&](std::size_t x) { return 0.3F * red_green[0][x] + 0.6F * red_green[1][x]; };
   EXPECT_EQ(brightness(0), 0.0F);

@@ -2,6 +2,7 @@
 
 #include "harness/report/report.hpp"
 #include "harness/report/verdict.hpp"
+#include "harness/scene/images/images.hpp"
 #include "test/chromium.hpp"
 #include "test/program.hpp"
 
@@ -134,10 +135,10 @@ const same = (name, found, wanted) => {
 };
 const answer = document.createElement("pre");
 answer.id = "answer";
-try { )" + body + R"( } catch (error) { wrong.push("error: " + error); }
+(async () => { )" + body + R"( })().catch((error) => wrong.push("error: " + error)).then(() => {
 const escaped = (character) => "\\u" + character.charCodeAt(0).toString(16).padStart(4, "0");
 answer.textContent = "\u27e6" + JSON.stringify(wrong).replace(/[<>&\u007f-\uffff]/g, escaped) + "\u27e7";
-document.body.append(answer);
+document.body.append(answer); });
 }
 </script></body>)";
     text.replace(text.rfind("</body>"), 7, driver);
@@ -230,6 +231,41 @@ TEST_F(PageInBrowser, SwitchesSeriesScenesAndCells) {
     same("strange", shown("#strange")[0].textContent, /odd key[^]*17|17[^]*odd key/);
     same("missing", texts("main p.soft").at(-1), (text) => text.includes('planted faults (hdmbench faults)') && !text.includes("tradeoff"));
   same("verdict", shown(".verdict")[0].className, "verdict bad");)");
+}
+
+TEST_F(PageInBrowser, SlidersMoveTheSlicesOfAVolume) {
+  if (!have_images()) {
+    GTEST_SKIP() << "no pictures in this build";
+  }
+  ScalarField picture({7, 5, 6}); // each site has a gray value of its own, and moves by one along z
+  for_each_site(picture.extent, [&](int x, int y, int z) {
+    picture.values[picture.extent.index(x, y, z)] = static_cast<float>(40 * z + 7 * y + x + 1);
+  });
+  VectorField displacement(picture.extent);
+  std::ranges::fill(displacement[2], 1.0F);
+  const ContactSheet sheet = contact_sheet(picture, displacement);
+  ASSERT_EQ(sheet.volume, picture.extent);
+  write_png(folder() / "s.png", sheet.picture);
+  write_png(folder() / "a.png", slice_of(picture, Plane{}));
+  write("run.json", "run",
+        json::array({{{"scene", "ball"},
+                      {"width", 7},
+                      {"height", 5},
+                      {"depth", 6},
+                      {"slices", {{"width", 7}, {"height", 5}, {"depth", 6}, {"at", {3, 2, 4}}}},
+                      {"pictures", {{"after", "a.png"}, {"slices", "s.png"}}}}}));
+  make();
+  expect_page(R"(
+    const canvases = shown("canvas"), sliders = shown(".slider input");
+    for (let tries = 0; tries < 50 && !texts(".slider figcaption")[0]; ++tries) await new Promise((done) => setTimeout(done, 50));
+    const gray = (view, x, y) => canvases[view].getContext("2d").getImageData(x, y, 1, 1).data[0];
+    const corners = () => canvases.map((canvas, view) => [gray(view, 0, 0), gray(view, canvas.width - 1, canvas.height - 1)]);
+    same("what was one slice before", corners(), [[121, 155], [0, 181], [0, 192]]);
+    choose(named(".choice", "Deformation afterbefore").querySelector("select"), "before");
+    same("across z = 4, y = 2, x = 3", corners(), [[161, 195], [15, 221], [4, 232]]);
+    sliders.forEach((slider) => { slider.value = 1; slider.dispatchEvent(new Event("input")); });
+    same("across 1", corners(), [[41, 75], [8, 214], [2, 230]]);
+    same("caption", texts(".slider figcaption")[0], "slice across z: 2 of 6");)");
 }
 
 TEST_F(PageInBrowser, MachinesStandSideBySide) {

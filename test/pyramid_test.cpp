@@ -5,6 +5,7 @@
 #include "kernels/data/pyramid.hpp"
 #include "reference/thesis_energy.hpp"
 #include "test/random_level.hpp"
+#include "test/sessions.hpp"
 #include "test/suite.hpp"
 
 namespace hdmbench {
@@ -25,6 +26,40 @@ TEST(Pyramid, EveryExtentEndsInOneSite) {
   }
   EXPECT_EQ(pyramid_extents({257, 130}).at(1), (Extent{256, 128}));
   EXPECT_THROW((void)pyramid_extents({0, 5}), InputError);
+}
+
+TEST(Pyramid, AVolumeEndsInEightSites) {
+  EXPECT_EQ(pyramid_extents({33, 7, 2}),
+            (std::vector<Extent>{{33, 7, 2}, {32, 4, 2}, {16, 2, 2}, {8, 2, 2}, {4, 2, 2}, {2, 2, 2}}));
+  EXPECT_THROW((void)pyramid_extents({1, 5, 5}), InputError);
+}
+
+TEST(Pyramid, AVolumeIsProlongatedAndSampledAlongThreeAxes) {
+  const Extent fine{33, 7, 15};
+  const Extent coarse = pyramid_extents(fine).at(1);
+  const auto affine = [](Extent of, int x, int y, int z) {
+    return 3.0F + 8.0F * static_cast<float>(x) / static_cast<float>(of.width - 1) -
+           4.0F * static_cast<float>(y) / static_cast<float>(of.height - 1) +
+           2.0F * static_cast<float>(z) / static_cast<float>(of.depth - 1);
+  };
+  const auto fill = [&](VectorField& field) {
+    for (int z = 0; z < field.extent.depth; ++z) {
+      for_each_site(Extent{field.extent.width, field.extent.height}, [&](int x, int y) {
+        field[2][field.extent.index(x, y, z)] = affine(field.extent, x, y, z);
+      });
+    }
+  };
+  VectorField field(coarse);
+  VectorField expected(fine);
+  fill(field);
+  fill(expected);
+  const VectorField result = prolongate(field, fine, Alignment::corner);
+  for (std::size_t i = 0; i < fine.sites(); ++i) {
+    ASSERT_NEAR(result[2][i], expected[2][i], 5e-6F);
+  }
+  EXPECT_EQ(result[0], std::vector<float>(fine.sites()));
+  const VectorField sampled = sample_field(expected, coarse, Alignment::corner);
+  EXPECT_EQ(sampled[2][coarse.index(5, 2, 6)], affine(fine, 5, 4, 12));
 }
 
 TEST(Pyramid, ProlongationKeepsAffineFieldsAndCorners) {
@@ -95,6 +130,40 @@ TEST(ThesisIcm, EverySiteTakesTheFirstBestCandidateOfTheThesisEnergy) {
     }
   }
   EXPECT_GT(tied, 0) << "no two candidates ever tied";
+}
+
+/// Likewise in a volume, one component after the other.
+TEST(ThesisIcm, EverySiteOfAVolumeTakesTheFirstBestCandidateOfTheThesisEnergy) {
+  for (const Extent extent : {Extent{5, 7, 3}, {2, 2, 2}, {9, 6, 8}}) {
+    const auto problem = test::random_problem(extent, test::Texture::dyadic, 6);
+    const VectorField next = test::swept(problem, 1);
+    const ThesisEnergy energy(problem.level, problem.start);
+    for (int row = 0; row < extent.rows(); ++row) {
+      for (int x = 0; x < extent.width; ++x) {
+        const int y = row % extent.height;
+        const int z = row / extent.height;
+        const std::size_t site = extent.index(x, y, z);
+        std::array<double, 3> lowest{};
+        lowest.fill(std::numeric_limits<double>::infinity());
+        std::array<double, 3> best{};
+        for (const float step : problem.level.steps.values()) {
+          std::array<double, 3> to{};
+          for (std::size_t axis = 0; axis < 3; ++axis) {
+            to[axis] = static_cast<double>(problem.start[axis][site]) + static_cast<double>(step);
+          }
+          const auto found = energy.at(x, y, {to[0], to[1], to[2]}, z);
+          const std::array<double, 3> of{found.x, found.y, found.z};
+          for (std::size_t axis = 0; axis < 3; ++axis) {
+            best[axis] = of[axis] < lowest[axis] ? to[axis] : best[axis];
+            lowest[axis] = std::min(of[axis], lowest[axis]);
+          }
+        }
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          ASSERT_EQ(next[axis][site], best[axis]) << "axis " << axis << " at " << x << ", " << y << ", " << z;
+        }
+      }
+    }
+  }
 }
 
 TEST(ThesisProlongation, IsThatOfTheKernelsToFloatRounding) {

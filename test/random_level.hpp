@@ -99,12 +99,15 @@ inline Problem random_problem(Extent extent, Texture texture, std::uint64_t seed
     } else if (texture == Texture::extreme) {
       problem.level.modulus.values[i] = static_cast<float>(std::abs(spread(13)));
     }
-    problem.level.target[0][i] = displacement();
-    problem.level.target[1][i] = displacement();
-    problem.level.confidence[0][i] = confidence();
-    problem.level.confidence[1][i] = confidence();
-    problem.start[0][i] = displacement();
-    problem.start[1][i] = displacement();
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      problem.level.target[axis][i] = displacement();
+    }
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      problem.level.confidence[axis][i] = confidence();
+    }
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      problem.start[axis][i] = displacement();
+    }
   }
   set_inverse_modulus(problem.level);
   set_inverse_curvature(problem.level);

@@ -69,26 +69,33 @@ TEST(ClosedForm, AHeldComponentTakesTheTargetItselfAtAnyRelaxation) {
 
 /// The sites of a sweep one after the other, in place, from last to first: the same only if nobody who moves
 /// sees another one who does.
+template <typename InFloat>
 void sweep_in_place_backwards(const Level& level, int number, VectorField& field) {
-  for (int y = level.extent.height - 1; y >= 0; --y) {
-    for (int x = level.extent.width - 1; x >= 0; --x) {
-      const HdmInFloat::Displacement moved = swept_site<HdmInFloat>(level, field, number, x, y);
-      field[0][level.extent.index(x, y)] = moved.x;
-      field[1][level.extent.index(x, y)] = moved.y;
+  const Extent extent = level.extent;
+  for (int row = extent.rows() - 1; row >= 0; --row) {
+    for (int x = extent.width - 1; x >= 0; --x) {
+      const auto moved =
+          swept_site<InFloat>(level, field, number, x, row % extent.height, row / extent.height);
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        field[axis][extent.index(x, row)] = moved.*InFloat::of_axis[axis].moved;
+      }
     }
   }
 }
 
 TEST(Colours, WhatMovesDoesNotSeeWhatElseMoves) {
   for (const Update update : {Update::simultaneous, Update::coloured, Update::four_coloured}) {
-    const auto problem =
-        test::random_problem({33, 34}, test::Texture::smooth, 44, {}, Rule::closed_form, update);
-    VectorField field = problem.start;
-    for (int number = 0; number < sweeps_per_iteration(problem.level); ++number) {
-      sweep_in_place_backwards(problem.level, number, field);
+    for (const Extent extent : {Extent{33, 34}, {9, 6, 7}}) {
+      const auto problem =
+          test::random_problem(extent, test::Texture::smooth, 44, {}, Rule::closed_form, update);
+      VectorField field = problem.start;
+      for (int number = 0; number < sweeps_per_iteration(problem.level); ++number) {
+        extent.axes() > 2 ? sweep_in_place_backwards<Hdm<float, 3>>(problem.level, number, field)
+                          : sweep_in_place_backwards<HdmInFloat>(problem.level, number, field);
+      }
+      const VectorField expected = swept(problem, sweeps_per_iteration(problem.level));
+      EXPECT_EQ(field.planes == expected.planes, update != Update::simultaneous);
     }
-    const VectorField expected = swept(problem, sweeps_per_iteration(problem.level));
-    EXPECT_EQ(field[0] == expected[0] && field[1] == expected[1], update != Update::simultaneous);
   }
 }
 
@@ -151,6 +158,22 @@ TEST(RandomNumbers, AreUncorrelated) {
     EXPECT_LT(std::abs(correlation(drawn[0], other[0])), five_sigma) << "sweep, component or seed";
     EXPECT_LT(std::abs(correlation(drawn[1], other[1])), five_sigma) << "sweep, component or seed";
   }
+}
+
+TEST(RandomNumbers, OfSlicesAreUncorrelated) {
+  using InVolume = Hdm<float, 3>;
+  std::array<std::vector<double>, 3> slices;
+  for (int z = 0; z < 3; ++z) {
+    for (int i = 0; i < side * side; ++i) {
+      const auto pair = InVolume::random_pair(InVolume::position_of(i % side, i / side, z),
+                                              {0.0F, 0.0F, 10.0F, 7.0F}, 2.0F);
+      slices[static_cast<std::size_t>(z)].push_back(pair.first);
+    }
+  }
+  const double five_sigma = 5.0 / side;
+  EXPECT_LT(std::abs(correlation(slices[0], slices[1])), five_sigma);
+  EXPECT_LT(std::abs(correlation(slices[0], slices[2])), five_sigma);
+  EXPECT_LT(std::abs(correlation(slices[1], slices[2], 1)), five_sigma);
 }
 
 TEST(Annealing, TakesACandidateWithTheProbabilityOfItsEnergy) {

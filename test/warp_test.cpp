@@ -52,6 +52,73 @@ TEST(Warp, LinearMapOfALinearPictureIsExact) {
   EXPECT_EQ(warped.values[extent.index(20, 0)], 0.0F); // the picture shrinks away from here
 }
 
+TEST(Warp, VolumesMoveAlongAllAxesAndAPlaneIsThatOfTheWhole) {
+  const Extent extent{9, 8, 7};
+  const ScalarField picture = some_picture(extent);
+  VectorField displacement(extent);
+  for (const std::size_t axis : {0, 1, 2}) {
+    std::ranges::fill(displacement[axis], static_cast<float>(axis) - 3.0F);
+  }
+  const ScalarField moved = warp(picture, displacement);
+  ScalarField linear(extent);
+  for_each_site(extent, [&](int x, int y, int z) {
+    const bool arrives = x + 3 < 9 && y + 2 < 8 && z + 1 < 7;
+    EXPECT_EQ(moved.values[extent.index(x, y, z)],
+              arrives ? picture.values[extent.index(x + 3, y + 2, z + 1)] : 0.0F);
+    const std::size_t site = extent.index(x, y, z);
+    linear.values[site] = static_cast<float>(100 + x + 10 * y - 5 * z);
+    displacement[0][site] = 0.25F * static_cast<float>(z - 3); // shears and grows about the middle
+    displacement[1][site] = 0.5F * static_cast<float>(y - 4);
+    displacement[2][site] = 0.0F;
+  });
+  const ScalarField grown = warp(linear, displacement);
+  EXPECT_NEAR(grown.values[extent.index(4, 6, 5)], 100 + 3.5 + 10 * (4 + 2 / 1.5) - 25, 1e-4);
+  for (const VectorField& field : {displacement, some_displacement(extent)}) {
+    const ScalarField whole = warp(picture, field);
+    for (const Plane plane : {Plane{0, 0}, Plane{1, 3}, Plane{2, 6}}) {
+      EXPECT_EQ(warp(picture, field, plane).values, slice_of(whole, plane).values);
+    }
+  }
+}
+
+TEST(Slices, AreWhereTheVolumeMovesMost) {
+  VectorField field({5, 4, 3});
+  field[0][field.extent.index(4, 1, 2)] = 1.0F;
+  field[2][field.extent.index(4, 1, 2)] = -3.0F;
+  field[1][field.extent.index(0, 0, 0)] = 3.1F;
+  std::vector<ScalarField> slices;
+  for (const Plane& plane : planes_to_show(field)) {
+    const VectorField within = slice_of(field, plane);
+    EXPECT_EQ(within.extent, (std::array{Extent{4, 3}, Extent{5, 3}, Extent{5, 4}}[plane.axis]));
+    EXPECT_EQ(std::ranges::max(magnitude_of(within).values),
+              plane.axis == 2 ? 1.0F : std::hypot(plane.axis == 1 ? 1.0F : 0.0F, 3.0F));
+    slices.push_back(slice_of(magnitude_of(field), plane));
+  }
+  const ScalarField row = side_by_side(slices);
+  EXPECT_EQ(row.extent, (Extent{14, 4}));
+  for (const auto& [x, y] : {std::pair{4, 1}, {5 + 4, 2}, {10 + 1, 2}}) {
+    EXPECT_EQ(row.values[row.extent.index(x, y)], std::hypot(1.0F, 3.0F));
+  }
+  EXPECT_EQ(std::ranges::count(row.values, 0.0F), 14 * 4 - 3);
+  EXPECT_EQ(planes_to_show(VectorField({6, 4})).size(), 1U) << "an image is its own slice";
+  // A large volume is shown by some of its sites, and what moves there moves by as many fewer of them.
+  ScalarField picture({150, 100, 2}, 50.0F);
+  EXPECT_EQ(contact_sheet(picture, VectorField(picture.extent)).volume, picture.extent);
+  picture = ScalarField({200, 150, 20});
+  VectorField shift(picture.extent);
+  std::ranges::fill(shift[0], 20.0F);
+  picture.values[picture.extent.index(100, 80, 10)] = 200.0F;
+  const ContactSheet sheet = contact_sheet(picture, shift);
+  EXPECT_EQ(sheet.volume, (Extent{100, 75, 10}));
+  const auto shown = [&](int tile, int x, int y) {
+    const int columns = sheet.picture.extent.width / 100;
+    return sheet.picture
+        .values[sheet.picture.extent.index(tile % columns * 100 + x, tile / columns * 75 + y)];
+  };
+  EXPECT_EQ(shown(5, 50, 40), 200.0F);
+  EXPECT_EQ(shown(15, 60, 40), 200.0F) << "after: ten sites of the sheet further";
+}
+
 TEST(Warp, FoldsAreDrawn) {
   const Extent extent{64, 64};
   const ScalarField picture = some_picture(extent);

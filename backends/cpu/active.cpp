@@ -15,10 +15,10 @@ constexpr std::size_t tiles_worth_threads = 12;
 /// Any of `count` sites, each `stride` after the one before. All are read: a loop that may end early does not
 /// vectorise.
 bool differs(const Field& a, const Field& b, std::size_t first, int count, std::ptrdiff_t stride) {
-  const float* const old_x = a.x.data() + first;
-  const float* const old_y = a.y.data() + first;
-  const float* const new_x = b.x.data() + first;
-  const float* const new_y = b.y.data() + first;
+  const float* const old_x = a.components[0].data() + first;
+  const float* const old_y = a.components[1].data() + first;
+  const float* const new_x = b.components[0].data() + first;
+  const float* const new_y = b.components[1].data() + first;
   int differing = 0;
 #pragma omp simd reduction(| : differing)
   for (int i = 0; i < count; ++i) {
@@ -93,7 +93,7 @@ public:
     for (int row = band.first; row < band.last; ++row) {
       const int needed = std::min({(row + 1) * Tiling::height + 1, band.last * Tiling::height, height});
       for (; projection != nullptr && projected < needed; ++projected) {
-        projection->row(projected, coarse_rows, fields_.buffers[at.from].components());
+        projection->row(projected, coarse_rows, fields_.buffers[at.from].data());
       }
       changed += at_seam(row) ? 0 : visit_row(row, suspects, next);
     }

@@ -11,12 +11,12 @@ namespace {
 struct ClassifiedRows {
   const float* moduli;
   const float* inverses;
-  const float* confidences_x;
-  const float* confidences_y;
+  std::array<const float*, 2> confidences;
   Extent extent;
+  int z;
 
   [[nodiscard]] bool any_other_confidence(int y, int first, int end, float of_x, float of_y) const {
-    return any_other(confidences_x, y, first, end, of_x) || any_other(confidences_y, y, first, end, of_y);
+    return any_other(confidences[0], y, first, end, of_x) || any_other(confidences[1], y, first, end, of_y);
   }
   [[nodiscard]] bool any_other_modulus(int y, int first, int end, float value) const {
     return any_other(moduli, y, first, end, value);
@@ -25,7 +25,7 @@ struct ClassifiedRows {
     return any_other(inverses, y, first, end, value);
   }
   [[nodiscard]] bool any_other(const float* values, int y, int first, int end, float value) const {
-    const float* row = values + extent.index(0, y);
+    const float* row = values + extent.index(0, y, z);
     int differing = 0;
 #pragma omp simd reduction(| : differing)
     for (int i = first; i < end; ++i) {
@@ -46,14 +46,12 @@ void LevelData::prepare(const Level& level, Extent extent) {
 
 LevelData::Arrays LevelData::arrays_of(const Level& level) {
   const bool curvature = needs_inverse_curvature(level.rule);
-  Arrays arrays{level.modulus.values.data(),
-                level.inverse_modulus.values.data(),
-                level.target[0].data(),
-                level.target[1].data(),
-                level.confidence[0].data(),
-                level.confidence[1].data(),
-                curvature ? level.inverse_curvature[0].data() : nullptr,
-                curvature ? level.inverse_curvature[1].data() : nullptr};
+  Arrays arrays{level.modulus.values.data(), level.inverse_modulus.values.data()};
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+    arrays[RowPart::target + axis] = level.target[axis].data();
+    arrays[RowPart::confidence + axis] = level.confidence[axis].data();
+    arrays[RowPart::inverse_curvature + axis] = curvature ? level.inverse_curvature[axis].data() : nullptr;
+  }
   std::ranges::transform(level.inputs, arrays.begin() + RowPart::first_input,
                          [](const ScalarField& input) { return input.values.data(); });
   return arrays;
@@ -69,23 +67,39 @@ void LevelData::make_room(const Arrays& from) {
 }
 
 TileKind LevelData::classified(Rectangle tile) const {
-  tile_class::Classifier<ClassifiedRows> sites({arrays_[RowPart::modulus], arrays_[RowPart::inverse_modulus],
-                                                arrays_[RowPart::confidence_x],
-                                                arrays_[RowPart::confidence_y], extent()});
-  const std::size_t origin = extent().index(tile.first, tile.first_row);
+  const auto in_slice = [&](int z, std::size_t second) {
+    return tile_class::Classifier<ClassifiedRows>(
+        {arrays_[RowPart::modulus],
+         arrays_[RowPart::inverse_modulus],
+         {arrays_[RowPart::confidence], arrays_[RowPart::confidence + second]},
+         extent(),
+         z});
+  };
+  const std::size_t origin = extent().index(tile.first, tile.first_row, tile.z);
   TileKind kind;
-  if (sites.is_of_one_confidence(tile.first, tile.first_row, tile.last, tile.last_row,
-                                 arrays_[RowPart::confidence_x][origin],
-                                 arrays_[RowPart::confidence_y][origin])) {
-    kind.uniform_confidence = true;
-    kind.confidence_x = arrays_[RowPart::confidence_x][origin];
-    kind.confidence_y = arrays_[RowPart::confidence_y][origin];
-    kind.observed = kind.confidence_x != 0.0F || kind.confidence_y != 0.0F;
+  bool same = true;
+  bool observed = false;
+  for (std::size_t axis = 1; axis < extent().axes(); ++axis) { // x and another one
+    const auto of = [&](std::size_t one) { return arrays_[RowPart::confidence + one][origin]; };
+    same = same &&
+           in_slice(tile.z, axis)
+               .is_of_one_confidence(tile.first, tile.first_row, tile.last, tile.last_row, of(0), of(axis));
+    observed = observed || of(0) != 0.0F || of(axis) != 0.0F;
   }
-  if (short_path_ &&
-      sites.is_of_one_material(tile.first, tile.first_row, tile.last, tile.last_row, extent().width,
-                               extent().height, arrays_[RowPart::modulus][origin],
-                               arrays_[RowPart::inverse_modulus][origin])) {
+  if (same) {
+    kind.uniform_confidence = true;
+    for (std::size_t axis = 0; axis < extent().axes(); ++axis) {
+      kind.confidence[axis] = arrays_[RowPart::confidence + axis][origin];
+    }
+    kind.observed = observed;
+  }
+  bool one_material = short_path_;
+  for (int z = std::max(tile.z - 1, 0); z <= std::min(tile.z + 1, extent().depth - 1) && one_material; ++z) {
+    one_material = in_slice(z, 1).is_of_one_material(
+        tile.first, tile.first_row, tile.last, tile.last_row, extent().width, extent().height,
+        arrays_[RowPart::modulus][origin], arrays_[RowPart::inverse_modulus][origin]);
+  }
+  if (one_material) {
     kind.uniform = true;
     kind.modulus = arrays_[RowPart::modulus][origin];
     kind.inverse_modulus = arrays_[RowPart::inverse_modulus][origin];
@@ -168,7 +182,7 @@ void LevelData::copy(const Level& level, int threads) {
   make_room(from);
   const auto width = static_cast<std::size_t>(level.extent.width);
 #pragma omp parallel for num_threads(threads) schedule(static)
-  for (int y = 0; y < level.extent.height; ++y) {
+  for (int y = 0; y < level.extent.rows(); ++y) {
     for (std::size_t i = 0; i < arrays_.size(); ++i) {
       if (from[i] != nullptr) {
         std::copy_n(from[i] + level.extent.index(0, y), width, own_[i].data() + level.extent.index(0, y));
@@ -183,10 +197,11 @@ void LevelData::sample(const Level& level, const LevelData& full, Extent extent,
   prepare(level, extent);
   const std::vector<int> columns = sampled_indices(extent.width, level.extent.width, alignment);
   const std::vector<int> rows = sampled_indices(extent.height, level.extent.height, alignment);
+  const std::vector<int> slices = sampled_indices(extent.depth, level.extent.depth, alignment);
   // Inside a tile whose kind is known from those that it samples nothing is read but at an unknown one beside
   // it.
   std::vector<char> known(kinds_.size());
-  if (short_path_ && level.inputs.empty()) {
+  if (short_path_ && level.inputs.empty() && extent.axes() == 2) {
     for_each_tile(threads, [&](int row, int column, std::size_t tile) {
       const auto found = full.kind_of(rows, columns, tiling_.rectangle(row, column));
       const bool at_border =
@@ -213,8 +228,9 @@ void LevelData::sample(const Level& level, const LevelData& full, Extent extent,
         known[at] == 0 ? arrays_.size() : RowPart::inverse_modulus + 1; // what is read from beside it
     for (std::size_t i = 0; i < count; ++i) {
       for (int y = tile.first_row; y < end && from[i] != nullptr; ++y) {
-        const float* const source = from[i] + level.extent.index(0, rows[static_cast<std::size_t>(y)]);
-        float* const to = own_[i].data() + extent.index(0, y);
+        const float* const source = from[i] + level.extent.index(0, rows[static_cast<std::size_t>(y)],
+                                                                 slices[static_cast<std::size_t>(tile.z)]);
+        float* const to = own_[i].data() + extent.index(0, y, tile.z);
         for (int x = tile.first; x < tile.last; ++x) {
           to[x] = source[columns[static_cast<std::size_t>(x)]];
         }

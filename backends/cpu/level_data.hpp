@@ -15,41 +15,47 @@ namespace hdmbench::openmp {
 
 /// One displacement of a level in the memory of the CPU, which lies there row by row.
 struct Field {
-  Buffer x;
-  Buffer y;
+  std::array<Buffer, 3> components; ///< as many as there are axes
 
-  [[nodiscard]] std::array<float*, 2> components() { return {x.data(), y.data()}; }
+  [[nodiscard]] std::array<float*, 3> data() {
+    return {components[0].data(), components[1].data(), components[2].data()};
+  }
 };
 
-/// Rows first_row ... last_row - 1, sites first ... last - 1.
+/// Rows first_row ... last_row - 1 of slice z, sites first ... last - 1.
 struct Rectangle {
   int first_row;
   int last_row;
   int first;
   int last;
+  int z;
 };
 
-/// An image cut into rectangles.
+/// An image cut into rectangles, or the slices of a volume, one behind the other.
 struct Tiling {
   static constexpr int height = 8;
   static constexpr int width =
       16; ///< sites: one vector. A moving front touches fewer of them than of wider tiles; tried: 32
 
   Extent extent;
-  int rows = 0;
+  int rows_in_slice = 0;
+  int rows = 0; ///< of all slices
   int columns = 0;
 
   Tiling() = default;
   explicit Tiling(Extent of)
-      : extent(of), rows((of.height + height - 1) / height), columns((of.width + width - 1) / width) {}
+      : extent(of), rows_in_slice((of.height + height - 1) / height), rows(rows_in_slice * of.depth),
+        columns((of.width + width - 1) / width) {}
 
   [[nodiscard]] int count() const { return rows * columns; }
   [[nodiscard]] int index(int row, int column) const { return row * columns + column; }
   [[nodiscard]] Rectangle rectangle(int row, int column) const {
-    return {.first_row = row * height,
-            .last_row = std::min((row + 1) * height, extent.height),
+    const int in_slice = row % rows_in_slice;
+    return {.first_row = in_slice * height,
+            .last_row = std::min((in_slice + 1) * height, extent.height),
             .first = column * width,
-            .last = std::min((column + 1) * width, extent.width)};
+            .last = std::min((column + 1) * width, extent.width),
+            .z = row / rows_in_slice};
   }
 };
 

@@ -61,16 +61,18 @@ private:
   void do_write(const VectorField& displacement) override {
     Field& field = fields().current();
     for_each_row([&](std::size_t at, std::size_t width) {
-      std::copy_n(displacement[0].data() + at, width, field.x.data() + at);
-      std::copy_n(displacement[1].data() + at, width, field.y.data() + at);
+      for (std::size_t axis = 0; axis < settings_.extent.axes(); ++axis) {
+        std::copy_n(displacement[axis].data() + at, width, field.components[axis].data() + at);
+      }
     });
     wake_all(full_);
   }
   void do_read(VectorField& displacement) override {
     const Field& field = fields().current();
     for_each_row([&](std::size_t at, std::size_t width) {
-      std::copy_n(field.x.data() + at, width, displacement[0].data() + at);
-      std::copy_n(field.y.data() + at, width, displacement[1].data() + at);
+      for (std::size_t axis = 0; axis < settings_.extent.axes(); ++axis) {
+        std::copy_n(field.components[axis].data() + at, width, displacement[axis].data() + at);
+      }
     });
   }
   std::int64_t do_changed() override { return changed_; }
@@ -109,8 +111,8 @@ private:
         fill_with_null();
         sweep_level(sweeper, level, nullptr, advance);
       } else {
-        const Field& from = coarse.current();
-        const Projection projection({from.x.data(), from.y.data()}, before, level.extent, pyramid_.alignment);
+        const auto [x, y, z] = coarse.current().data();
+        const Projection projection({x, y, z}, before, level.extent, pyramid_.alignment);
         sweep_level(sweeper, level, &projection, advance);
       }
       before = level.extent;
@@ -121,8 +123,9 @@ private:
                    const Advance& advance) {
     const double sites = static_cast<double>(level.extent.sites());
     const int chunk = static_cast<int>(std::clamp(updates_per_report / sites, 8.0, 1e9));
-    if (projection != nullptr && level.sweeps == 0) {
-      projection->all_rows(fields().current().components(), useful_threads(level.extent));
+    if (projection != nullptr && (level.sweeps == 0 || level.extent.axes() > 2)) {
+      projection->all_rows(fields().current().data(), useful_threads(level.extent));
+      projection = nullptr;
     }
     for (int done = 0; done < level.sweeps;) {
       const int sweeps = std::min(chunk, level.sweeps - done);
@@ -143,7 +146,7 @@ private:
   void for_each_row(const Call& call) const {
     const Extent extent = settings_.extent;
 #pragma omp parallel for num_threads(useful_threads(extent)) schedule(static)
-    for (int y = 0; y < extent.height; ++y) {
+    for (int y = 0; y < extent.rows(); ++y) {
       call(extent.index(0, y), static_cast<std::size_t>(extent.width));
     }
   }
@@ -151,22 +154,24 @@ private:
   void fill_with_null() {
     Field& field = fields().current();
     for_each_row([&](std::size_t at, std::size_t width) {
-      std::fill_n(field.x.data() + at, width, 0.0F);
-      std::fill_n(field.y.data() + at, width, 0.0F);
+      for (std::size_t axis = 0; axis < settings_.extent.axes(); ++axis) {
+        std::fill_n(field.components[axis].data() + at, width, 0.0F);
+      }
     });
   }
 
   /// For the field of a level.
   void make_room(Extent extent) {
     for (Field& buffer : fields().buffers) {
-      buffer.x.require(extent.sites());
-      buffer.y.require(extent.sites());
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        buffer.components[axis].require(extent.sites());
+      }
     }
     fields().newest = 0;
   }
 
   [[nodiscard]] bool is_active() const {
-    return work_ == Work::active && changes_spread_by_contact(settings_);
+    return work_ == Work::active && settings_.extent.axes() == 2 && changes_spread_by_contact(settings_);
   }
   void wake_all(const LevelData& data) {
     if (is_active()) {
@@ -181,7 +186,7 @@ private:
   /// Each has some rows of its own: dense.cpp wants that.
   [[nodiscard]] int useful_threads(Extent extent) const {
     const std::size_t most = std::min(extent.sites() / sites_worth_a_thread + 1,
-                                      std::max<std::size_t>(static_cast<std::size_t>(extent.height) / 4, 1));
+                                      std::max<std::size_t>(static_cast<std::size_t>(extent.rows()) / 4, 1));
     return static_cast<int>(std::min<std::size_t>(static_cast<std::size_t>(threads_), most));
   }
 
@@ -209,7 +214,9 @@ public:
     return {cpu_device(fmt::format("OpenMP, {}", instruction_set_.name))};
   }
   int threads(const SessionOptions& options) const override { return thread_count(options.threads); }
+  bool takes_volumes() const override { return true; }
   bool has_elastic() const override { return true; }
+  bool has_elastic_volumes() const override { return true; }
   /// Displacement there and back; modulus and its inverse where they differ, the target where there is an
   /// observation. Confidences are not read where a tile has one. Rows stay in the cache for all sweeps that
   /// pass together.

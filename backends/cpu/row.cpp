@@ -17,24 +17,21 @@ std::int64_t sweep_row(const openmp::RowPart& part);
 
 namespace {
 
-using openmp::inside_offsets;
-using openmp::NeighbourOffsets;
 using openmp::RowPart;
 
 /// All of it is inlined: nothing that the linker could take for another instruction set's.
-using InFloat = ::hdmbench::HDMBENCH_ENERGY<float>;
 using real = float;
-using Neighbours = InFloat::Neighbours;
-using Site = InFloat::Site;
+using Rules = ::hdmbench::HDMBENCH_ENERGY<real>;
 
 /// What a row is compiled for: constants, so that their branches are gone and the loop over sites is the
 /// innermost one.
 struct Kind {
+  int axes;
   int rule;
   int step_count;
   bool observed;
   bool coloured = false;
-  bool moves_y = true;
+  bool moves_others = true; ///< components but x
   bool inside = false;
   bool uniform = false;
   bool uniform_confidence = false;
@@ -48,56 +45,64 @@ constexpr bool constant_steps = false;
 constexpr bool constant_steps = true;
 #endif
 
+/// A Kind::step_count.
+constexpr int counted_at_run_time = 0;
+
 /// No instruction set has vectors of more sites.
 constexpr int most_lanes = 16;
 
-HDM_FUNCTION Neighbours fetch(const real* from, const NeighbourOffsets& at, std::ptrdiff_t i) {
-  return {from[i + at.to[0]], from[i + at.to[1]], from[i + at.to[2]], from[i + at.to[3]], from[i],
-          from[i + at.to[4]], from[i + at.to[5]], from[i + at.to[6]], from[i + at.to[7]]};
-}
+template <Kind kind>
+using InFloat = ::hdmbench::HDMBENCH_ENERGY<real, kind.axes>;
 
-/// One modulus all around: what depends on moduli alone is then the same for all sites, and the compiler
-/// takes it out of the loop.
-HDM_FUNCTION Neighbours everywhere(real value) {
-  return {value, value, value, value, value, value, value, value, value};
+template <Kind kind>
+HDM_FUNCTION auto fetch(const real* from, const RowPart& part, std::ptrdiff_t i) {
+  return InFloat<kind>::neighbours_of([from, i, &part](int number) HDM_INLINED {
+    // Offsets of -1 and 1 that the compiler knows: one pointer per row of neighbours, not one per neighbour.
+    return number == 4   ? from[i]
+           : kind.inside ? from[i + openmp::offset_of(number, part.pitch, part.slice_pitch)]
+                         : from[i + part.neighbours.to[number]];
+  });
 }
 
 template <Kind kind>
-HDM_FUNCTION real confidence(const real* values, real uniform, std::ptrdiff_t i) {
-  return !kind.observed ? real(0) : kind.uniform_confidence ? uniform : values[i];
+HDM_FUNCTION real confidence(const RowPart& part, int axis, std::ptrdiff_t i) {
+  return !kind.observed            ? real(0)
+         : kind.uniform_confidence ? part.kind.confidence[axis]
+                                   : part.arrays[RowPart::confidence + axis][i];
 }
 
 /// What the site reads. An observation that is not there leaves no trace: x + 0 * y = x for the finite
 /// numbers that all inputs are, so the compiler (-ffinite-math-only) drops the term, with the same bits.
 template <Kind kind>
-HDM_FUNCTION Site fetch_site(const RowPart& part, std::ptrdiff_t i) {
-  constexpr bool has_curvature = kind.rule == InFloat::rule_closed_form;
-  // Offsets of -1 and 1 that the compiler knows: one pointer per row of neighbours, not one per neighbour.
-  const NeighbourOffsets at = kind.inside ? inside_offsets(part.pitch) : part.neighbours;
-  Site site{};
-  site.dx = fetch(part.dx, at, i);
-  if constexpr (kind.moves_y) {
-    site.dy = fetch(part.dy, at, i);
-  }
-  site.inverse_modulus = kind.uniform ? everywhere(part.kind.inverse_modulus)
-                                      : fetch(part.arrays[RowPart::inverse_modulus], at, i);
+HDM_FUNCTION auto fetch_site(const RowPart& part, std::ptrdiff_t i) {
+  constexpr bool has_curvature = kind.rule == Rules::rule_closed_form;
+  typename InFloat<kind>::Site site{};
+  const auto set = [&]<int axis>() HDM_INLINED {
+    constexpr auto of = InFloat<kind>::of_axis[axis];
+    if constexpr (axis == 0 || kind.moves_others) {
+      site.*of.displacement = fetch<kind>(part.displacement[axis], part, i);
+    }
+    site.*of.target = kind.observed ? part.arrays[RowPart::target + axis][i] : real(0);
+    site.*of.confidence = confidence<kind>(part, axis, i);
+    site.*of.inverse_curvature = has_curvature ? part.arrays[RowPart::inverse_curvature + axis][i] : real(0);
+  };
+  language::for_each_axis<kind.axes>(set);
+  // One modulus all around: what depends on moduli alone is then the same for all sites, and the compiler
+  // takes it out of the loop.
+  site.inverse_modulus =
+      kind.uniform ? InFloat<kind>::neighbours_of([&](int) HDM_INLINED { return part.kind.inverse_modulus; })
+                   : fetch<kind>(part.arrays[RowPart::inverse_modulus], part, i);
   site.modulus = kind.uniform ? part.kind.modulus : part.arrays[RowPart::modulus][i];
-  site.target_x = kind.observed ? part.arrays[RowPart::target_x][i] : real(0);
-  site.target_y = kind.observed ? part.arrays[RowPart::target_y][i] : real(0);
-  site.confidence_x = confidence<kind>(part.arrays[RowPart::confidence_x], part.kind.confidence_x, i);
-  site.confidence_y = confidence<kind>(part.arrays[RowPart::confidence_y], part.kind.confidence_y, i);
   site.penalty = kind.observed ? part.penalty : real(1);
-  site.inverse_curvature_x = has_curvature ? part.arrays[RowPart::inverse_curvature_x][i] : real(0);
-  site.inverse_curvature_y = has_curvature ? part.arrays[RowPart::inverse_curvature_y][i] : real(0);
-  InFloat::set_inputs(site,
-                      [&](int number) { return fetch(part.arrays[RowPart::first_input + number], at, i); });
+  InFloat<kind>::set_inputs(site, [&](int number) HDM_INLINED {
+    return fetch<kind>(part.arrays[RowPart::first_input + number], part, i);
+  });
   return site;
 }
 
 /// Where sites are written: `next` is for the site at index `begin`.
 struct Output {
-  real* next_x;
-  real* next_y;
+  real* next[3];
   std::ptrdiff_t begin;
 };
 
@@ -106,24 +111,27 @@ struct Output {
 template <Kind kind>
 HDM_FUNCTION int sweep_site(const RowPart& part, const real* steps, const Output& to, int row, int in_row) {
   const std::ptrdiff_t i = row * part.pitch + in_row;
-  const Site site = fetch_site<kind>(part, i);
-  const InFloat::Position at = {static_cast<real>(in_row), static_cast<real>(part.row + row)};
-  const InFloat::Sweep sweep = {real(0), part.strength, part.number, part.seed};
-  const InFloat::Displacement next =
-      InFloat::moved_displacement(kind.rule, true, site, at, sweep, steps, kind.step_count);
+  const auto site = fetch_site<kind>(part, i);
+  const typename InFloat<kind>::Position at = InFloat<kind>::position_of(in_row, part.row + row, part.slice);
+  const typename InFloat<kind>::Sweep sweep = {real(0), part.strength, part.number, part.seed};
+  const typename InFloat<kind>::Displacement next = InFloat<kind>::moved_displacement(
+      kind.rule, true, site, at, sweep, steps, kind.step_count > 0 ? kind.step_count : part.step_count);
   // A sum and products: with | and conditions GCC 12 leaves the loop scalar.
   int changes = 0;
   const int odd = in_row & 1;
-  const int moves_x = kind.coloured ? part.moves_x[0] + odd * (part.moves_x[1] - part.moves_x[0]) : 1;
-  to.next_x[i - to.begin] = moves_x != 0 ? next.x : site.dx.centre;
-  changes += static_cast<int>(next.x != site.dx.centre) * moves_x;
-  if constexpr (kind.moves_y) {
-    const int moves_y = kind.coloured ? part.moves_y[0] + odd * (part.moves_y[1] - part.moves_y[0]) : 1;
-    to.next_y[i - to.begin] = moves_y != 0 ? next.y : site.dy.centre;
-    changes += static_cast<int>(next.y != site.dy.centre) * moves_y;
-  } else {
-    to.next_y[i - to.begin] = part.dy[i];
-  }
+  const auto write = [&]<int axis>() HDM_INLINED {
+    constexpr auto of = InFloat<kind>::of_axis[axis];
+    if constexpr (axis == 0 || kind.moves_others) {
+      const real centre = (site.*of.displacement).centre;
+      const int moves =
+          kind.coloured ? part.moves[axis][0] + odd * (part.moves[axis][1] - part.moves[axis][0]) : 1;
+      to.next[axis][i - to.begin] = moves != 0 ? next.*of.moved : centre;
+      changes += static_cast<int>(next.*of.moved != centre) * moves;
+    } else {
+      to.next[axis][i - to.begin] = part.displacement[axis][i];
+    }
+  };
+  language::for_each_axis<kind.axes>(write);
   return static_cast<int>(changes > 0);
 }
 
@@ -143,16 +151,17 @@ HDM_FUNCTION int sweep_span(const RowPart& part, const real* steps, const Output
 /// Fewer sites than a vector has: computed with their neighbours, of which nothing is kept.
 template <Kind kind>
 HDM_FUNCTION int sweep_short(const RowPart& part, const real* steps, int row) {
-  real next_x[most_lanes];
-  real next_y[most_lanes];
+  real next[kind.axes][most_lanes];
   const int last_begin = static_cast<int>(part.pitch) - 1 - most_lanes;
   const int begin = part.first < last_begin ? part.first : last_begin;
   const std::ptrdiff_t at = row * part.pitch + begin;
-  const int changed = sweep_span<kind>(part, steps, {next_x, next_y, at}, row, begin, begin + most_lanes,
-                                       part.first, part.last);
-  for (int i = part.first; i < part.last; ++i) {
-    part.next_x[at + i - begin] = next_x[i - begin];
-    part.next_y[at + i - begin] = next_y[i - begin];
+  const Output to{{next[0], next[1], next[kind.axes - 1]}, at};
+  const int changed =
+      sweep_span<kind>(part, steps, to, row, begin, begin + most_lanes, part.first, part.last);
+  for (int axis = 0; axis < kind.axes; ++axis) {
+    for (int i = part.first; i < part.last; ++i) {
+      part.next[axis][at + i - begin] = next[axis][i - begin];
+    }
   }
   return changed;
 }
@@ -170,10 +179,10 @@ std::int64_t sweep_sites(const RowPart& shared) {
       steps[i] = part.steps[i < part.step_count ? i : 0];
     }
   }
-  const Output to{part.next_x, part.next_y, 0};
+  const Output to{{part.next[0], part.next[1], part.next[2]}, 0};
   const int count = part.last - part.first;
   constexpr bool repeats_sites =
-      kind.rule == InFloat::rule_steps && !kind.coloured; // others are compiled sooner
+      kind.rule == Rules::rule_steps && !kind.coloured; // others are compiled sooner
   std::int64_t changed = 0;
   for (int row = 0; row < part.rows; ++row) {
     int whole = part.last;
@@ -194,63 +203,79 @@ std::int64_t sweep_sites(const RowPart& shared) {
   return changed;
 }
 
-template <int rule, int step_count, bool observed>
+template <int axes, int rule, int step_count, bool observed>
 std::int64_t sweep_turn(const RowPart& part) {
   if (!part.coloured) {
-    return sweep_sites<Kind{rule, step_count, observed}>(part);
+    return sweep_sites<Kind{axes, rule, step_count, observed}>(part);
   }
-  return part.moves_y[0] != 0 || part.moves_y[1] != 0
-             ? sweep_sites<Kind{rule, step_count, observed, true, true}>(part)
-             : sweep_sites<Kind{rule, step_count, observed, true, false}>(part);
+  if constexpr (axes == 2) { // of a volume fewer kinds are compiled, here and below: it takes as long as all
+                             // of an image
+    if (part.moves[1][0] == 0 && part.moves[1][1] == 0) {
+      return sweep_sites<Kind{axes, rule, step_count, observed, true, false}>(part);
+    }
+  }
+  return sweep_sites<Kind{axes, rule, step_count, observed, true, true}>(part);
 }
 
 /// The number of candidates as a constant: their loop unrolls. Nine to fifteen of the best candidate's are
-/// compiled as 16, the rest being the first one again: it never beats itself.
-template <int rule, bool observed, int step_count = HDMBENCH_MOST_CANDIDATES>
+/// compiled as 16, the rest being the first one again: it never beats itself. In a volume all but five and
+/// fewer are, and annealing counts them at run time.
+template <int axes, int rule, bool observed, int step_count = HDMBENCH_MOST_CANDIDATES>
 std::int64_t sweep_candidates(const RowPart& part) {
-  constexpr int fewer = rule == InFloat::rule_steps && step_count > 8 ? 8 : step_count - 1;
+  constexpr bool at_run_time = axes > 2 && rule == Rules::rule_annealing;
+  constexpr int step_limit = axes > 2 ? 5 : rule == Rules::rule_steps ? 8 : step_count - 1;
+  constexpr int fewer = at_run_time               ? 0
+                        : step_count > step_limit ? step_limit
+                        : axes > 2                ? 0
+                                                  : step_count - 1;
+  constexpr int count = at_run_time ? counted_at_run_time : step_count;
   if constexpr (fewer > 0) {
     if (part.step_count <= fewer) {
-      return sweep_candidates<rule, observed, fewer>(part);
+      return sweep_candidates<axes, rule, observed, fewer>(part);
     }
   }
-  return sweep_turn<rule, step_count, observed>(part);
+  return sweep_turn<axes, rule, count, observed>(part);
 }
 
-template <bool observed>
+template <int axes, bool observed>
 std::int64_t sweep_rule(const RowPart& part) {
   switch (part.rule) {
-  case InFloat::rule_closed_form:
-    return sweep_turn<InFloat::rule_closed_form, 1, observed>(part);
-  case InFloat::rule_annealing: // bound by its random numbers: an observation more or less does not show
-    return sweep_candidates<InFloat::rule_annealing, true>(part);
+  case Rules::rule_closed_form:
+    return sweep_turn<axes, Rules::rule_closed_form, 1, observed>(part);
+  case Rules::rule_annealing: // bound by its random numbers: an observation more or less does not show
+    return sweep_candidates<axes, Rules::rule_annealing, true>(part);
   default:
-    return sweep_candidates<InFloat::rule_steps, observed>(part);
+    return sweep_candidates<axes, Rules::rule_steps, observed>(part);
   }
 }
 
-template <bool observed, bool uniform, bool uniform_confidence>
+template <int axes, bool observed, bool uniform, bool uniform_confidence>
 std::int64_t sweep_inside(const RowPart& part) {
-  return sweep_sites<Kind{InFloat::rule_steps, default_step_count, observed, false, true, true, uniform,
+  return sweep_sites<Kind{axes, Rules::rule_steps, default_step_count, observed, false, true, true, uniform,
                           uniform_confidence}>(part);
 }
 
-template <bool uniform>
+template <int axes, bool uniform>
 std::int64_t sweep_inside(const RowPart& part) {
   if (!part.kind.observed) {
-    return sweep_inside<false, uniform, false>(part);
+    return sweep_inside<axes, false, uniform, false>(part);
   }
-  return part.kind.uniform_confidence ? sweep_inside<true, uniform, true>(part)
-                                      : sweep_inside<true, uniform, false>(part);
+  return part.kind.uniform_confidence ? sweep_inside<axes, true, uniform, true>(part)
+                                      : sweep_inside<axes, true, uniform, false>(part);
+}
+
+template <int axes>
+std::int64_t sweep_axes(const RowPart& part) {
+  if (part.inside) {
+    return part.kind.uniform ? sweep_inside<axes, true>(part) : sweep_inside<axes, false>(part);
+  }
+  return part.kind.observed ? sweep_rule<axes, true>(part) : sweep_rule<axes, false>(part);
 }
 
 } // namespace
 
 std::int64_t sweep_row(const RowPart& part) {
-  if (part.inside) {
-    return part.kind.uniform ? sweep_inside<true>(part) : sweep_inside<false>(part);
-  }
-  return part.kind.observed ? sweep_rule<true>(part) : sweep_rule<false>(part);
+  return part.axes > 2 ? sweep_axes<3>(part) : sweep_axes<2>(part);
 }
 
 } // namespace hdmbench::energies::HDMBENCH_ENERGY::HDMBENCH_INSTRUCTION_SET

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "kernels/specification/language.hpp"
+
 #include <cstddef>
 #include <cstdint>
 
@@ -11,22 +13,23 @@ namespace hdmbench::openmp {
 /// How many floats from a site its neighbours lie. Where a neighbour is outside the image it is 0, the site
 /// itself: the border rule costs nothing in the loop.
 struct NeighbourOffsets {
-  std::ptrdiff_t to[8]; ///< in reading order
+  std::ptrdiff_t to[27]; ///< in the order of neighbours_of() (members.inc), of which an image has nine
 };
 
-/// The offsets of sites in reading order with neighbours all around.
-[[nodiscard]] constexpr NeighbourOffsets inside_offsets(std::ptrdiff_t pitch) {
-  return {{-pitch - 1, -pitch, -pitch + 1, -1, 1, pitch - 1, pitch, pitch + 1}};
+/// To the neighbour `number`, in rows `pitch` and slices `slice_pitch` floats apart.
+HDM_FUNCTION constexpr std::ptrdiff_t offset_of(int number, std::ptrdiff_t pitch,
+                                                std::ptrdiff_t slice_pitch) {
+  const language::Direction to = language::direction_of(number);
+  return to.z * slice_pitch + to.y * pitch + to.x;
 }
 
 /// What is known of all sites of a tile at once.
 struct TileKind {
   bool observed = true;            ///< false: every confidence is 0; none is read
-  bool uniform_confidence = false; ///< one pair of confidences in the tile
-  float confidence_x = 0.0F;       ///< where uniform_confidence
-  float confidence_y = 0.0F;
-  bool uniform = false; ///< one modulus in the tile and in its rim
-  float modulus = 1.0F; ///< where uniform
+  bool uniform_confidence = false; ///< each component has one confidence in the tile
+  float confidence[3] = {};        ///< where uniform_confidence
+  bool uniform = false;            ///< one modulus in the tile and in its rim
+  float modulus = 1.0F;            ///< where uniform
   float inverse_modulus = 1.0F;
 
   bool operator==(const TileKind&) const = default;
@@ -40,19 +43,16 @@ struct RowPart {
   enum Array {
     modulus,
     inverse_modulus,
-    target_x,
-    target_y,
-    confidence_x,
-    confidence_y,
-    inverse_curvature_x,
-    inverse_curvature_y,
-    first_input, ///< of the energy's own, four at most
+    target, ///< this and the next two: one for each axis
+    confidence = target + 3,
+    inverse_curvature = confidence + 3,
+    first_input = inverse_curvature + 3, ///< of the energy's own, four at most
     array_count = first_input + 4
   };
 
+  int axes = 2; ///< 3 in a volume
   NeighbourOffsets neighbours{};
-  const float* dx = nullptr;
-  const float* dy = nullptr;
+  const float* displacement[3] = {};
   const float* arrays[array_count] = {}; ///< null where the rule or the energy does not need it
   float penalty = 0;
   const float* steps = nullptr; ///< 16 values
@@ -60,21 +60,21 @@ struct RowPart {
   float strength = 0;           ///< this and the next two: update.inc's Sweep
   float number = 0;
   float seed = 0;
-  int row = 0;
+  int row = 0; ///< in its slice
+  int slice = 0;
   /// Where it is not a component's turn it is written as it was. Must not overlap anything above.
-  float* next_x = nullptr;
-  float* next_y = nullptr;
+  float* next[3] = {};
   int first = 0;
   int last = 0;
   int rows = 1;
   std::ptrdiff_t pitch = 0; ///< floats from a row to the next
-  int rule = 0;             ///< update.inc's number
-  bool coloured = false;    ///< false: it is the turn of all components; the next two say nothing
-  int moves_x[2] = {};      ///< whether it is the turn of x in even and in odd columns of the rows
-  int moves_y[2] = {};
-  TileKind kind; ///< of all tiles that the part is in
-  /// The short path: Rule::steps with the default candidates, one colour, and the offsets are
-  /// inside_offsets(pitch). Then numbers that are uniform are read from `kind`, not from the arrays.
+  std::ptrdiff_t slice_pitch = 0;
+  int rule = 0;          ///< update.inc's number
+  bool coloured = false; ///< false: it is the turn of all components; the next says nothing
+  int moves[3][2] = {};  ///< whether it is the turn of a component in even and in odd columns of the rows
+  TileKind kind;         ///< of all tiles that the part is in
+  /// The short path: Rule::steps with the default candidates, one colour, and nothing is outside. Then
+  /// numbers that are uniform are read from `kind`, not from the arrays.
   bool inside = false;
 };
 

@@ -7,27 +7,16 @@
 
 namespace hdmbench::openmp {
 
-namespace {
-
-/// For sites of row y in the first or last column of the image or in neither.
-NeighbourOffsets neighbours(Extent extent, int y, bool west_outside, bool east_outside) {
-  const auto offset = [&](int dx, int dy) -> std::ptrdiff_t {
-    const bool outside =
-        (dx < 0 && west_outside) || (dx > 0 && east_outside) || y + dy < 0 || y + dy >= extent.height;
-    return outside ? 0 : dy * static_cast<std::ptrdiff_t>(extent.width) + dx;
-  };
-  return {{offset(-1, -1), offset(0, -1), offset(1, -1), offset(-1, 0), offset(1, 0), offset(-1, 1),
-           offset(0, 1), offset(1, 1)}};
-}
-
-} // namespace
-
 RowPart Sweeper::rows_part(const Field& from, Field& to, int number, int y) const {
   const SweepState state = sweep_state(settings_, number);
-  const std::size_t row = data_.extent().index(0, y);
+  const Extent extent = data_.extent();
+  const std::size_t row = extent.index(0, y);
   RowPart part{};
-  part.dx = from.x.data() + row;
-  part.dy = from.y.data() + row;
+  part.axes = static_cast<int>(extent.axes());
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    part.displacement[axis] = from.components[axis].data() + row;
+    part.next[axis] = to.components[axis].data() + row;
+  }
   data_.point(part, row);
   part.penalty = settings_.penalty;
   part.steps = settings_.steps.padded().data();
@@ -35,10 +24,10 @@ RowPart Sweeper::rows_part(const Field& from, Field& to, int number, int y) cons
   part.strength = state.strength;
   part.number = state.number;
   part.seed = state.seed;
-  part.row = y;
-  part.next_x = to.x.data() + row;
-  part.next_y = to.y.data() + row;
-  part.pitch = data_.extent().width;
+  part.row = y % extent.height;
+  part.slice = y / extent.height;
+  part.pitch = extent.width;
+  part.slice_pitch = part.pitch * extent.height;
   part.rule = static_cast<int>(settings_.rule);
   part.coloured = colours_ > 1;
   return part;
@@ -46,11 +35,18 @@ RowPart Sweeper::rows_part(const Field& from, Field& to, int number, int y) cons
 
 std::int64_t Sweeper::sweep_run(RowPart& part, const Run& run) const {
   const Extent extent = data_.extent();
-  const bool inside =
-      !run.west_outside && !run.east_outside && part.row > 0 && part.row + part.rows < extent.height;
-  part.inside = inside && data_.has_short_path();
-  if (!part.inside) {
-    part.neighbours = neighbours(extent, part.row, run.west_outside, run.east_outside);
+  const bool in_volume = part.axes > 2;
+  const bool north = part.row == 0;
+  const bool south = part.row + part.rows == extent.height;
+  const bool near = in_volume && part.slice == 0;
+  const bool far = in_volume && part.slice == extent.depth - 1;
+  const bool outside = run.west_outside || run.east_outside || north || south || near || far;
+  part.inside = data_.has_short_path() && !outside;
+  for (int number = 0; number < (in_volume ? 27 : 9) && !part.inside; ++number) {
+    const auto [x, y, z] = language::direction_of(number);
+    const bool is_outside = (x < 0 && run.west_outside) || (x > 0 && run.east_outside) || (y < 0 && north) ||
+                            (y > 0 && south) || (z < 0 && near) || (z > 0 && far);
+    part.neighbours.to[number] = is_outside ? 0 : offset_of(number, part.pitch, part.slice_pitch);
   }
   part.first = run.first;
   part.last = run.last;
@@ -63,19 +59,25 @@ std::int64_t Sweeper::row(const Field& from, Field& to, int number, int y) const
   std::int64_t changed = 0;
   if (part.coloured) {
     const SweepState state = sweep_state(settings_, number);
-    const HdmInFloat::Sweep turn{state.colour, state.strength, state.number, state.seed};
-    for (const int odd : {0, 1}) {
-      const HdmInFloat::Position at{static_cast<float>(odd), static_cast<float>(y)};
-      part.moves_x[odd] = HdmInFloat::moves_x(colours_, at, turn) ? 1 : 0;
-      part.moves_y[odd] = HdmInFloat::moves_y(colours_, at, turn) ? 1 : 0;
+    using InVolume = Hdm<float, 3>; // an image is its first slice
+    const InVolume::Sweep turn{state.colour, state.strength, state.number, state.seed};
+    bool anything = false;
+    for (std::size_t axis = 0; axis < data_.extent().axes(); ++axis) {
+      for (const int odd : {0, 1}) {
+        const bool moves =
+            InVolume::of_axis[axis].moves(colours_, InVolume::position_of(odd, part.row, part.slice), turn);
+        part.moves[axis][odd] = moves ? 1 : 0;
+        anything = anything || moves;
+      }
     }
-    if (part.moves_x[0] + part.moves_x[1] + part.moves_y[0] + part.moves_y[1] == 0) {
-      std::copy_n(part.dx, part.pitch, part.next_x);
-      std::copy_n(part.dy, part.pitch, part.next_y);
+    if (!anything) {
+      for (std::size_t axis = 0; axis < data_.extent().axes(); ++axis) {
+        std::copy_n(part.displacement[axis], part.pitch, part.next[axis]);
+      }
       return changed;
     }
   }
-  for (const Run& run : data_.runs(y / Tiling::height)) {
+  for (const Run& run : data_.runs(part.slice * data_.tiling().rows_in_slice + part.row / Tiling::height)) {
     changed += sweep_run(part, run);
   }
   return changed;

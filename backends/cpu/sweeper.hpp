@@ -19,15 +19,17 @@ public:
   Sweeper(SweepRow kernel, const Level& settings, const LevelData& data)
       : kernel_(kernel), settings_(settings), data_(data), colours_(sweeps_per_iteration(settings)) {}
 
-  /// Row y in sweep `number` of the level.
+  /// Row y, of those of all slices, in sweep `number` of the level.
   [[nodiscard]] std::int64_t row(const Field& from, Field& to, int number, int y) const;
-  /// With simultaneous updates, a tile or `runs` of a row of tiles.
+  /// With simultaneous updates of an image, a tile or `runs` of a row of tiles.
   [[nodiscard]] std::int64_t tile(const Field& from, Field& to, int number, int tile_row,
                                   int tile_column) const;
   [[nodiscard]] std::int64_t runs(const Field& from, Field& to, int number, int tile_row,
                                   std::span<const Run> runs) const;
 
   [[nodiscard]] const LevelData& data() const { return data_; }
+  /// How many rows above and below a row, of those of all slices, its sites see.
+  [[nodiscard]] int reach() const { return data_.extent().axes() > 2 ? data_.extent().height + 1 : 1; }
 
 private:
   /// All but what depends on where in the rows the sites are.
@@ -68,7 +70,7 @@ inline constexpr int most_fused = 8;
 
 /// Sweeps that leave out the tiles in which nothing can change (Work::active): those that did not change in
 /// the sweep before, and in whose rim nothing did. Such a tile has the same values in both buffers: it was
-/// computed from one into the other and came out the same. Only for levels with changes_spread_by_contact()
+/// computed from one into the other and came out the same. Only for images with changes_spread_by_contact()
 /// (active.cpp).
 class ActiveTiles {
 public:

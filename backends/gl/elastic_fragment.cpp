@@ -57,6 +57,7 @@ struct LevelTextures {
 class ElasticFragment {
 public:
   static constexpr int block = 2;
+  static constexpr bool has_volumes = false;
 
   explicit ElasticFragment(const Context& context) : gl_(context.api()), quad_(gl_) {}
 

@@ -11,10 +11,10 @@
 namespace hdmbench {
 
 /// A session of the elastic energy over `Steps`, which is made of an Owner (OnDevice) and has arrays and
-/// kernels: load(hierarchy, layout), write(), read() and read_sum() of an ElasticArray, and run(), which need
-/// not wait until the work is done. Steps::block: sites a side of the blocks that one kernel sums up;
-/// coarse_size(): how long the arrays of levels may be that an ElasticCoarse has, 0 where there is none.
-/// Every step writes an array that is to spare, which then takes the field's place.
+/// kernels: has_volumes, load(hierarchy, layout), write(), read() and read_sum() of an ElasticArray, and
+/// run(), which need not wait until the work is done. Steps::block: sites a side of the blocks that one
+/// kernel sums up; coarse_size(): how long the arrays of levels may be that an ElasticCoarse has, 0 where
+/// there is none. Every step writes an array that is to spare, which then takes the field's place.
 template <typename Owner, typename Steps>
 class ElasticLevelSession final : public ElasticSession {
 public:
@@ -23,14 +23,16 @@ public:
       : name_(std::move(name)), steps_(std::move(owner)) {}
 
   void load(const ElasticHierarchy& hierarchy) override {
-    if (hierarchy.levels.front().grid.axes() == 3) {
-      throw DeviceError(name_ + ": has the elastic energy of images only, not of volumes; scalar and openmp have both");
+    is_volume_ = hierarchy.levels.front().grid.axes() == 3;
+    if (is_volume_ && !Steps::has_volumes) {
+      throw DeviceError(name_ + ": has the elastic energy of images only, not of volumes; scalar, openmp, "
+                                "gl-compute, vulkan-compute and opencl have both");
     }
     std::int64_t most_coarse = 0;
     on_device([&](Steps& steps) {
-      layout_ = ElasticLayout(hierarchy, Steps::block);
+      layout_ = ElasticLayout(hierarchy, block());
       steps.load(hierarchy, layout_);
-      most_coarse = steps.coarse_size();
+      most_coarse = is_volume_ ? 0 : steps.coarse_size();
     });
     hierarchy_ = &hierarchy;
     slots_.assign(hierarchy.levels.size(), initial_slots);
@@ -56,7 +58,11 @@ public:
 
   void relax(int level, ElasticField field) override {
     const bool has_load = field == ElasticField::correction;
-    replace(level, field, {.step = ElasticStep::relax, .has_load = has_load, .has_masked = has_masked(level)},
+    replace(level, field,
+            {.step = ElasticStep::relax,
+             .has_load = has_load,
+             .is_image = is_volume_ && level == 0,
+             .has_masked = has_masked(level)},
             array(level, field), array(level, has_load ? ElasticField::load : field));
   }
   void relax_from_zero(int level) override {
@@ -79,7 +85,7 @@ public:
   }
   void restrict_load(int level) override {
     const ElasticArray load = array(level, ElasticField::load);
-    run({.step = ElasticStep::restrict_sites, .is_image = level == 0}, load, load,
+    run({.step = ElasticStep::restrict_sites, .is_image = is_volume_ || level == 0}, load, load,
         array(level + 1, ElasticField::load));
   }
   void interpolate(int level) override {
@@ -105,8 +111,7 @@ public:
     run({.step = ElasticStep::products}, array(0, first), array(0, second), sums, extent, blocks);
     while (blocks.sites() > 1) {
       extent = blocks;
-      blocks = {(extent.width + Steps::block - 1) / Steps::block,
-                (extent.height + Steps::block - 1) / Steps::block};
+      blocks = ElasticLayout::blocks_of(extent, block());
       const ElasticArray from =
           std::exchange(sums, {.slot = sums.slot == elastic_sums ? elastic_sums + 1 : elastic_sums});
       run({.step = ElasticStep::squares}, from, from, sums, extent, blocks);
@@ -138,6 +143,8 @@ private:
   [[nodiscard]] const ElasticLayout::Part& part(ElasticArray of) const {
     return of.slot < elastic_slots ? layout_.levels[static_cast<std::size_t>(of.level)] : layout_.sums;
   }
+  /// Sites along an axis that one kernel sums up. Of volumes the least text: 2 x 2 x 2.
+  [[nodiscard]] int block() const { return is_volume_ ? 2 : Steps::block; }
   [[nodiscard]] int levels() const { return static_cast<int>(slots_.size()); }
   [[nodiscard]] bool has_masked(int level) const {
     return !hierarchy_->levels[static_cast<std::size_t>(level)].masked.empty();
@@ -170,7 +177,14 @@ private:
                                        .nu = hierarchy_->ratio.nu,
                                        .shear = hierarchy_->ratio.shear,
                                        .factor = factor,
-                                       .plane = whole(layout_.size)};
+                                       .plane = whole(layout_.size),
+                                       .depth = sites.depth,
+                                       .layer = whole(part(to).layer),
+                                       .from_depth = from_sites.depth,
+                                       .from_layer = whole(part(from).layer),
+                                       .second_layer = whole(part(second).layer),
+                                       .lame = hierarchy_->lame,
+                                       .moments_from = whole(layout_.moments_from())};
     calls_.push_back({kernel, from, second, to, parameters});
     constexpr std::size_t most = 1024;
     if (calls_.size() == most) {
@@ -228,6 +242,7 @@ private:
   mutable OnDevice<Owner, Steps> steps_;
   const ElasticHierarchy* hierarchy_ = nullptr;
   ElasticLayout layout_;
+  bool is_volume_ = false;
   std::vector<Slots> slots_;               ///< per level
   int coarse_ = 1;                         ///< the first of the levels that are computed together
   mutable std::vector<ElasticCall> calls_; ///< not handed over yet

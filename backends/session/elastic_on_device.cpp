@@ -12,6 +12,9 @@ namespace hdmbench {
 
 namespace {
 
+/// Numbers of a masked cell of a volume.
+constexpr std::size_t matrix_size = 576;
+
 /// Sites that are computed before the host waits, so that no driver takes the work for hung.
 constexpr double most_in_flight = 2e8;
 
@@ -25,6 +28,12 @@ struct ElasticShape {
 constexpr ElasticShape elastic_shape(bool is_software) {
   return is_software ? ElasticShape{.lanes = 16, .rows = 16} : ElasticShape{.lanes = 64, .rows = 4};
 }
+/// Of elastic_volume.h: columns of a work item, too. Loops over many are what a compiler makes SIMD of.
+struct VolumeShape {
+  int lanes;
+  int rows;
+  int columns;
+};
 /// Of elastic_coarse.comp, which has its fields in shared memory on a GPU only.
 constexpr ElasticShape elastic_coarse_shape(bool is_software) {
   return is_software ? ElasticShape{.lanes = 8, .rows = 10} : ElasticShape{.lanes = 256, .rows = 1};
@@ -44,8 +53,37 @@ Extent elastic_groups(const ElasticCall& call, bool by_list, const ElasticShape&
   return {groups(call.parameters.width, columns), groups(call.parameters.height, shape.rows)};
 }
 
+/// So many numbers of each site of a device: a plane of each, or texels of two or four with those of a site
+/// beside each other.
+class SiteNumbers {
+public:
+  SiteNumbers(std::int64_t sites, std::size_t numbers, bool has_planes)
+      : numbers_(numbers), plane_(has_planes ? static_cast<std::size_t>(sites) : 1),
+        stride_(has_planes ? 1 : numbers), values_(numbers * static_cast<std::size_t>(sites)) {}
+
+  /// Of a level; part.first counts from the first site here.
+  void lay(std::size_t number, const RingedGrid& grid, const std::vector<float>& values,
+           const ElasticLayout::Part& part) {
+    lay_out(grid, values, part, values_.data() + number * plane_, stride_);
+  }
+  float& at(std::size_t number, std::int64_t site) {
+    return values_[number * plane_ + static_cast<std::size_t>(site) * stride_];
+  }
+  [[nodiscard]] std::unique_ptr<Array> uploaded(ComputeDevice& device) const {
+    return upload(device, stride_ == 1 ? Kind::words : numbers_ == 2 ? Kind::pairs : Kind::fours, values_);
+  }
+
+private:
+  std::size_t numbers_;
+  std::size_t plane_;
+  std::size_t stride_;
+  std::vector<float> values_;
+};
+
 class ElasticArrays {
 public:
+  static constexpr bool has_volumes = true;
+
   explicit ElasticArrays(ComputeDevice& device) : device_(device), programs_(device) {}
 
   static constexpr int block = 8; ///< three levels of the tree of 2 x 2 squares
@@ -60,7 +98,8 @@ public:
 
   void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) {
     const Extent sites = layout.levels.front().sites;
-    if (static_cast<std::size_t>(sites.height) > device_.limits().groups_y) {
+    axes_ = sites.axes();
+    if (axes_ == 2 && static_cast<std::size_t>(sites.height) > device_.limits().groups_y) {
       throw TooLarge(fmt::format(
           "{}: {} x {} sites need {} work groups in y for the elastic energy, the device has {}",
           device_.description().name, sites.width, sites.height, sites.height, device_.limits().groups_y));
@@ -71,13 +110,14 @@ public:
     const auto size = static_cast<std::size_t>(layout.size);
     Commands zeros;
     for (std::size_t i = 0; i < slots_.size(); ++i) {
-      const std::size_t pairs = i < elastic_slots ? size : static_cast<std::size_t>(layout.sums_size);
-      slots_[i] =
-          device_.allocate(has_planes() ? 2 * pairs : pairs, has_planes() ? Kind::words : Kind::pairs);
+      const std::size_t count = i < elastic_slots ? size : static_cast<std::size_t>(layout.sums_size);
+      slots_[i] = device_.allocate(planes() * count, has_planes() ? Kind::words : texel());
       zeros.emplace_back(Fill{.array = slots_[i].get(), .bytes = slots_[i]->bytes(), .beside = true});
     }
     device_.run(zeros);
-    has_planes() ? upload_planes(hierarchy) : upload_texels(hierarchy);
+    axes_ == 3     ? upload_volume(hierarchy)
+    : has_planes() ? upload_planes(hierarchy)
+                   : upload_texels(hierarchy);
     device_.finish();
   }
 
@@ -86,11 +126,8 @@ public:
     std::vector<float> rows = region(part);
     for (std::size_t plane = 0; plane < planes(); ++plane) {
       for_each_site(part, [&](std::size_t site, std::size_t at) {
-        if (has_planes()) {
-          rows[at] = plane == 0 ? values[0][site] : values[1][site];
-        } else {
-          rows[2 * at] = values[0][site];
-          rows[2 * at + 1] = values[1][site];
+        for (std::size_t axis = plane; axis < plane + components(); ++axis) {
+          rows[floats() * at + axis - plane] = values[axis][site];
         }
       });
       device_.write(slot(to), offset(part, plane), std::as_bytes(std::span(rows)));
@@ -103,11 +140,8 @@ public:
     for (std::size_t plane = 0; plane < planes(); ++plane) {
       device_.read(slot(from), offset(part, plane), std::as_writable_bytes(std::span(rows)));
       for_each_site(part, [&](std::size_t site, std::size_t at) {
-        if (has_planes()) {
-          (plane == 0 ? values[0] : values[1])[site] = rows[at];
-        } else {
-          values[0][site] = rows[2 * at];
-          values[1][site] = rows[2 * at + 1];
+        for (std::size_t axis = plane; axis < plane + components(); ++axis) {
+          values[axis][site] = rows[floats() * at + axis - plane];
         }
       });
     }
@@ -125,10 +159,11 @@ public:
     for (const ElasticWork& piece : work) {
       if (const auto* const call = std::get_if<ElasticCall>(&piece)) {
         commands.emplace_back(dispatch_of(*call, false));
-        if (call->kernel.has_masked && !has_planes()) {
+        if (call->kernel.has_masked && (axes_ == 3 || !has_planes())) {
           commands.emplace_back(dispatch_of(*call, true));
         }
-        in_flight += static_cast<double>(call->parameters.width) * call->parameters.height;
+        in_flight +=
+            static_cast<double>(call->parameters.width) * call->parameters.height * call->parameters.depth;
       } else {
         commands.emplace_back(dispatch_of(std::get<ElasticCoarse>(piece)));
       }
@@ -150,13 +185,16 @@ private:
   [[nodiscard]] const Array& slot(ElasticArray array) const {
     return *slots_.at(static_cast<std::size_t>(array.slot));
   }
-  /// Of an array, and floats of a site in each.
-  [[nodiscard]] std::size_t planes() const { return has_planes() ? 2 : 1; }
-  [[nodiscard]] std::size_t floats() const { return has_planes() ? 1 : 2; }
+  /// Of an array, and components and floats of a site in each.
+  [[nodiscard]] std::size_t planes() const { return has_planes() ? axes_ : 1; }
+  [[nodiscard]] std::size_t components() const { return has_planes() ? 1 : axes_; }
+  [[nodiscard]] std::size_t floats() const { return has_planes() ? 1 : bytes_of(texel()) / sizeof(float); }
+  [[nodiscard]] Kind texel() const { return axes_ == 2 ? Kind::pairs : Kind::fours; }
   /// Zeros from the first site of a level to the last.
   [[nodiscard]] std::vector<float> region(const ElasticLayout::Part& part) const {
-    return std::vector<float>(
-        floats() * static_cast<std::size_t>((part.sites.height - 1) * part.pitch + part.sites.width));
+    return std::vector<float>(floats() * static_cast<std::size_t>((part.sites.depth - 1) * part.layer +
+                                                                  (part.sites.height - 1) * part.pitch +
+                                                                  part.sites.width));
   }
   /// Byte of the first site.
   [[nodiscard]] std::size_t offset(const ElasticLayout::Part& part, std::size_t plane) const {
@@ -166,9 +204,11 @@ private:
   /// call(site in reading order, where it is in the region) for every site.
   template <typename Call>
   static void for_each_site(const ElasticLayout::Part& part, const Call& call) {
-    for (int y = 0; y < part.sites.height; ++y) {
-      for (int x = 0; x < part.sites.width; ++x) {
-        call(part.sites.index(x, y), static_cast<std::size_t>(y * part.pitch + x));
+    for (int z = 0; z < part.sites.depth; ++z) {
+      for (int y = 0; y < part.sites.height; ++y) {
+        for (int x = 0; x < part.sites.width; ++x) {
+          call(part.sites.index(x, y, z), static_cast<std::size_t>(z * part.layer + y * part.pitch + x));
+        }
       }
     }
   }
@@ -202,12 +242,72 @@ private:
         texels.insert(texels.end(), {static_cast<float>(site.x), static_cast<float>(site.y)});
       }
     }
-    constexpr std::size_t most = std::size_t{1} << 24; // whole numbers in a float
-    if (texels.size() / 2 > most) {
-      throw TooLarge(
-          fmt::format("{} sites lie beside conditions, {} may be listed", texels.size() / 2, most));
-    }
+    require_listed(texels.size() / 2);
     return texels;
+  }
+  static void require_listed(std::size_t sites) {
+    constexpr std::size_t most = std::size_t{1} << 24; // whole numbers in a float
+    if (sites > most) {
+      throw TooLarge(fmt::format("{} sites lie beside conditions, {} may be listed", sites, most));
+    }
+  }
+
+  void upload_volume(const ElasticHierarchy& hierarchy) {
+    const auto numbers = [&](std::int64_t sites, std::size_t count) {
+      return SiteNumbers(sites, count, has_planes());
+    };
+    SiteNumbers moments = numbers(layout_.size - layout_.moments_from(), has_planes() ? 23 : 24);
+    SiteNumbers response = numbers(layout_.size, has_planes() ? 6 : 8);
+    SiteNumbers more = numbers(layout_.size, 2); // modulus, the number of a matrix or 0
+    std::vector<float> matrices;
+    std::vector<float> touched;
+    lists_.clear();
+    for (const ElasticLevel& level : hierarchy.levels) {
+      const ElasticLayout::Part& part = layout_.levels[lists_.size()];
+      ElasticLayout::Part with_moments = part;
+      with_moments.first -= layout_.moments_from();
+      for (std::size_t i = 0; i < level.moments.size(); ++i) {
+        level.moments.size() == 1 ? more.lay(0, level.grid, level.moments[i], part)
+                                  : moments.lay(i, level.grid, level.moments[i], with_moments);
+      }
+      for (std::size_t i = 0; i < level.response.size(); ++i) {
+        response.lay(i, level.grid, level.response[i], part);
+      }
+      for (int z = 0; z < part.sites.depth; ++z) {
+        for (int y = 0; y < part.sites.height; ++y) {
+          const auto [first, last] = level.masked.row(y, z);
+          for (std::size_t i = first; i < last; ++i) {
+            more.at(1, part.first + z * part.layer + y * part.pitch + level.masked.x[i]) =
+                static_cast<float>(matrices.size() / matrix_size + i + 1);
+          }
+        }
+      }
+      matrices.insert(matrices.end(), level.masked.stiffness.begin(), level.masked.stiffness.end());
+      const std::vector<std::array<int, 3>> sites = sites_beside_masked(level);
+      lists_.push_back(
+          {static_cast<std::int32_t>(touched.size() / 3), static_cast<std::int32_t>(sites.size())});
+      for (const std::array<int, 3>& site : sites) {
+        touched.insert(touched.end(), site.begin(), site.end());
+      }
+    }
+    require_listed(touched.size() / 3);
+    fixed_[ELASTIC_MOMENTS] = moments.uploaded(device_);
+    fixed_[ELASTIC_RESPONSE] = response.uploaded(device_);
+    fixed_[ELASTIC_MORE] = more.uploaded(device_);
+    fixed_[ELASTIC_MATRICES] = upload_threes(matrices);
+    fixed_[ELASTIC_INVERSE] = upload_threes(hierarchy.coarsest_inverse);
+    fixed_[ELASTIC_TOUCHED] = upload_threes(touched);
+  }
+  /// Of texels the fourth number is to spare.
+  [[nodiscard]] std::unique_ptr<Array> upload_threes(const std::vector<float>& values) {
+    if (has_planes()) {
+      return upload(device_, Kind::words, values);
+    }
+    std::vector<float> texels(values.size() / 3 * 4);
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      texels[i / 3 * 4 + i % 3] = values[i];
+    }
+    return upload(device_, Kind::fours, texels);
   }
 
   void upload_planes(const ElasticHierarchy& hierarchy) {
@@ -253,7 +353,53 @@ private:
     return dispatch;
   }
 
+  [[nodiscard]] VolumeShape volume_shape() const {
+    const bool is_software_gl = is_software() && !has_planes();
+    const int lanes =
+        has_planes() ? shapes_for(device_).sweep.invocations() : elastic_shape(is_software()).lanes;
+    return {.lanes = lanes, .rows = 16, .columns = has_planes() && lanes == 1 ? 64 : is_software_gl ? 2 : 1};
+  }
+
+  Dispatch volume_dispatch(ElasticCall call, bool by_list) {
+    const ElasticKernel& kernel = call.kernel;
+    const VolumeShape shape = volume_shape();
+    // In the order of elastic_volume.comp's constants.
+    Dispatch dispatch = dispatch_on(programs_({.kernel = Kernel::elastic_volume,
+                                               .constants = {{"STEP", static_cast<std::int32_t>(kernel.step)},
+                                                             {"HAS_LOAD", kernel.has_load ? 1 : 0},
+                                                             {"IS_IMAGE", kernel.is_image ? 1 : 0},
+                                                             {"BY_LIST", by_list ? 1 : 0},
+                                                             {"LANES", shape.lanes},
+                                                             {"ROWS", shape.rows},
+                                                             {"COLUMNS", shape.columns}}}));
+    const auto groups = [](int items, int together) { return (items + together - 1) / together; };
+    const ElasticParameters& p = call.parameters;
+    const int items = by_list ? lists_.at(static_cast<std::size_t>(call.from.level)).count
+                              : groups(p.width, shape.columns) * p.height * groups(p.depth, shape.rows);
+    const int all = groups(items, shape.lanes);
+    dispatch.groups = {std::min(all, ELASTIC_LIST_GROUPS), groups(all, ELASTIC_LIST_GROUPS)};
+    bind(dispatch, call);
+    return dispatch;
+  }
+
+  /// The arrays of a call, and what is told.
+  void bind(Dispatch& dispatch, ElasticCall& call) const {
+    dispatch.arrays[ELASTIC_FROM] = &slot(call.from);
+    dispatch.arrays[ELASTIC_SECOND] = &slot(call.second);
+    dispatch.arrays[ELASTIC_STORED] = &slot(call.to);
+    const List& list = lists_.at(static_cast<std::size_t>(call.from.level));
+    call.parameters.listed_first = list.first;
+    call.parameters.listed = list.count;
+    dispatch.tell(call.parameters);
+    if (axes_ == 2) {
+      dispatch.word_count = ElasticParameters::words_of_image;
+    }
+  }
+
   Dispatch dispatch_of(ElasticCall call, bool by_list) {
+    if (axes_ == 3) {
+      return volume_dispatch(call, by_list);
+    }
     const ElasticKernel& kernel = call.kernel;
     const ElasticShape shape = elastic_shape(is_software());
     // In the order of elastic.comp's constants; HAS_MASKED is for elastic.cl, which branches by it.
@@ -266,14 +412,8 @@ private:
                        {"LANES", has_planes() ? shapes_for(device_).sweep.invocations() : shape.lanes},
                        {"ROWS", shape.rows},
                        {"HAS_MASKED", has_planes() && kernel.has_masked ? 1 : 0}}}));
-    dispatch.arrays[ELASTIC_FROM] = &slot(call.from);
-    dispatch.arrays[ELASTIC_SECOND] = &slot(call.second);
-    dispatch.arrays[ELASTIC_STORED] = &slot(call.to);
-    const List& list = lists_.at(static_cast<std::size_t>(call.from.level));
-    call.parameters.listed_first = list.first;
-    call.parameters.listed = list.count;
+    bind(dispatch, call);
     dispatch.groups = has_planes() ? Extent{1, call.parameters.height} : elastic_groups(call, by_list, shape);
-    dispatch.tell(call.parameters);
     return dispatch;
   }
 
@@ -299,7 +439,8 @@ private:
   ComputeDevice& device_;
   Programs programs_;
   ElasticLayout layout_;
-  std::array<std::unique_ptr<Array>, elastic_slots + 2> slots_; ///< x and y of all levels, and sums
+  std::size_t axes_ = 2;
+  std::array<std::unique_ptr<Array>, elastic_slots + 2> slots_; ///< components of all levels, and sums
   std::array<std::unique_ptr<Array>, binding::count> fixed_;    ///< what does not change, by its binding
   std::vector<List> lists_;                                     ///< per level
 };

@@ -1,5 +1,6 @@
 #include "backends/session/elastic_steps.hpp"
 
+#include <algorithm>
 #include <map>
 
 namespace hdmbench {
@@ -11,23 +12,35 @@ ElasticLayout::ElasticLayout(const ElasticHierarchy& hierarchy, int block) {
     size += static_cast<std::int64_t>(padded(level.grid.sites).sites());
   }
   const Extent sites = levels.front().sites;
-  const Extent blocks{(sites.width + block - 1) / block, (sites.height + block - 1) / block};
-  sums = {.sites = blocks, .first = 0, .pitch = blocks.width};
+  const Extent blocks = blocks_of(sites, block);
   sums_size = static_cast<std::int64_t>(blocks.sites());
+  sums = {.sites = blocks,
+          .first = 0,
+          .pitch = blocks.width,
+          .layer = static_cast<std::int64_t>(blocks.width) * blocks.height};
+}
+
+Extent ElasticLayout::blocks_of(Extent sites, int block) {
+  const auto along = [&](int size) { return (size + block - 1) / block; };
+  return {along(sites.width), along(sites.height), along(sites.depth)};
 }
 
 ElasticLayout::Part ElasticLayout::alone(Extent sites) {
   const std::int64_t pitch = padded(sites).width;
-  return {.sites = sites, .first = pitch + 1, .pitch = pitch};
+  const std::int64_t layer = pitch * padded(sites).height;
+  return {
+      .sites = sites, .first = pitch + 1 + (sites.axes() == 3 ? layer : 0), .pitch = pitch, .layer = layer};
 }
 
 void lay_out(const RingedGrid& grid, const std::vector<float>& values, const ElasticLayout::Part& part,
              float* to, std::size_t stride) {
-  for (int y = 0; y < grid.sites.height; ++y) {
-    float* at = to + static_cast<std::size_t>(part.first + y * part.pitch) * stride;
-    const float* const row = values.data() + grid.index(0, y);
-    for (int x = 0; x < grid.sites.width; ++x, at += stride) {
-      *at = row[x];
+  for (int z = 0; z < grid.sites.depth; ++z) {
+    for (int y = 0; y < grid.sites.height; ++y) {
+      float* at = to + static_cast<std::size_t>(part.first + z * part.layer + y * part.pitch) * stride;
+      const float* const row = values.data() + grid.index(0, y, z);
+      for (int x = 0; x < grid.sites.width; ++x, at += stride) {
+        *at = row[x];
+      }
     }
   }
 }
@@ -67,6 +80,26 @@ std::vector<float> elastic_matrices(const ElasticHierarchy& hierarchy) {
   constexpr std::size_t row = 4 * elastic_matrix_texels * elastic_matrices_across;
   texels.resize((texels.size() / row + 1) * row);
   return texels;
+}
+
+std::vector<std::array<int, 3>> sites_beside_masked(const ElasticLevel& level) {
+  std::vector<std::array<int, 3>> sites;
+  for (int z = 0; z < level.grid.sites.depth; ++z) {
+    for (int y = 0; y < level.grid.sites.height; ++y) {
+      const std::size_t before = sites.size();
+      for (const int row : {0, 1, 2, 3}) {
+        const auto [first, last] = level.masked.row(y - row % 2, z - row / 2);
+        for (std::size_t i = first; i < last; ++i) {
+          const int x = level.masked.x[i];
+          sites.insert(sites.end(), {{x, y, z}, {x + 1, y, z}});
+        }
+      }
+      const auto begin = sites.begin() + static_cast<std::ptrdiff_t>(before);
+      std::sort(begin, sites.end());
+      sites.erase(std::unique(begin, sites.end()), sites.end());
+    }
+  }
+  return sites;
 }
 
 std::vector<std::vector<TouchedSite>> touched_sites(const ElasticHierarchy& hierarchy) {

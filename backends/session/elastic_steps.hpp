@@ -14,22 +14,33 @@
 namespace hdmbench {
 
 /// Where the numbers of sites and cells lie in arrays of a device. A level lies row by row, with one 0 before
-/// each row and two after it, a row of zeros above and two below: whatever a kernel reads around a site is
-/// there. Cell (x, y) lies where site (x, y) does, its top left corner.
+/// each row and two after it, a row of zeros above and two below, and in a volume such a plane before and two
+/// behind: whatever a kernel reads around a site is there. A cell lies where its first corner does.
 struct ElasticLayout {
   struct Part {
     Extent sites{};
-    std::int64_t first = 0; ///< of site (0, 0)
+    std::int64_t first = 0; ///< of site (0, 0, 0)
     std::int64_t pitch = 0; ///< from a row to the next
+    std::int64_t layer = 0; ///< from a plane of the volume to the next
   };
 
   ElasticLayout() = default;
-  /// All levels, one after the other; dot products by blocks of so many sites a side.
+  /// All levels, one after the other; dot products by blocks of so many sites along each axis.
   ElasticLayout(const ElasticHierarchy& hierarchy, int block);
 
   /// Of a level that lies alone, in an array of padded(sites).
   [[nodiscard]] static Part alone(Extent sites);
-  [[nodiscard]] static Extent padded(Extent sites) { return {sites.width + 3, sites.height + 3}; }
+  [[nodiscard]] static Extent padded(Extent sites) {
+    return {sites.width + 3, sites.height + 3, sites.axes() == 3 ? sites.depth + 3 : 1};
+  }
+
+  [[nodiscard]] static Extent blocks_of(Extent sites, int block);
+
+  /// Sites before those whose cells have moments: in a volume all of the finest level.
+  [[nodiscard]] std::int64_t moments_from() const {
+    const Extent sites = levels.front().sites;
+    return sites.axes() == 3 ? static_cast<std::int64_t>(padded(sites).sites()) : 0;
+  }
 
   std::vector<Part> levels;
   Part sums;                  ///< of dot products: the first of their arrays, which lies alone, without zeros
@@ -61,6 +72,9 @@ struct ElasticTexels {
 constexpr std::size_t elastic_matrices_across = 64;
 constexpr std::size_t elastic_matrix_texels = 16;
 
+/// Sites beside masked cells of a level of a volume, in reading order.
+[[nodiscard]] std::vector<std::array<int, 3>> sites_beside_masked(const ElasticLevel& level);
+
 /// A site beside masked cells, and the numbers of the matrices of its cells in reading order, -1 where there
 /// is none.
 struct TouchedSite {
@@ -71,7 +85,7 @@ struct TouchedSite {
 /// Of each level, in reading order. Matrices are numbered through all levels.
 [[nodiscard]] std::vector<std::vector<TouchedSite>> touched_sites(const ElasticHierarchy& hierarchy);
 
-/// An array of a device: x and y of the sites of a level.
+/// An array of a device: the components of the sites of a level.
 struct ElasticArray {
   int level = 0;
   int slot = 0; ///< three on every level, three more on the image, and on the image two for sums
@@ -99,15 +113,17 @@ enum class ElasticStep {
 /// What a kernel is compiled for.
 struct ElasticKernel {
   ElasticStep step = ElasticStep::relax;
-  bool has_load = false;   ///< relax, residual: s is there, else `second` is `from`
-  bool is_image = false;   ///< residual, interpolate, correct, restrict_sites: components may be prescribed
+  bool has_load = false; ///< relax, residual: s is there, else `second` is `from`
+  /// residual, interpolate, correct, restrict_sites: components may be prescribed. Relax and residual in a
+  /// volume: cells are those of eight moduli.
+  bool is_image = false;
   bool has_masked = false; ///< relax, residual: the level has masked cells
 
   auto operator<=>(const ElasticKernel&) const = default;
 };
 
-/// As kernels have them; first and pitch as ElasticLayout::Part. What does not change of a level lies as
-/// `from`.
+/// As kernels have them; first, pitch and layer as ElasticLayout::Part. What does not change of a level lies
+/// as `from`.
 struct ElasticParameters {
   std::int32_t width = 0; ///< of `to`: what is computed
   std::int32_t height = 0;
@@ -124,7 +140,16 @@ struct ElasticParameters {
   float nu = 0.0F;
   float shear = 0.0F;
   float factor = 0.0F;
-  std::int32_t plane = 0; ///< floats from a plane to the next
+  std::int32_t plane = 0; ///< floats from the plane of a component to the next
+  std::int32_t depth = 1; ///< this and what follows is told of volumes only
+  std::int32_t layer = 0;
+  std::int32_t from_depth = 1;
+  std::int32_t from_layer = 0;
+  std::int32_t second_layer = 0;
+  float lame = 0.0F;
+  std::int32_t moments_from = 0; ///< sites before the first level with moments, in a volume the second
+
+  static constexpr std::size_t words_of_image = 16;
 };
 
 struct ElasticCall {

@@ -46,11 +46,9 @@ bool is_finite(const VectorField& field) {
 }
 
 double largest_magnitude(const VectorField& field) {
-  const bool is_volume = field.extent.axes() > 2;
   double largest = 0.0;
   for (std::size_t i = 0; i < field[0].size(); ++i) {
-    const double in_slice = std::hypot(static_cast<double>(field[0][i]), field[1][i]);
-    largest = std::max(largest, is_volume ? std::hypot(in_slice, field[2][i]) : in_slice);
+    largest = std::max(largest, length_at(field, i));
   }
   return largest;
 }

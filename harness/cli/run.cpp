@@ -1,5 +1,6 @@
 #include "harness/check/compare.hpp"
 #include "harness/cli/arguments.hpp"
+#include "harness/cli/run_files.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/ranks/message_passing.hpp"
@@ -13,7 +14,6 @@
 #include "kernels/data/level.hpp"
 #include "reference/finite_elements.hpp"
 
-#include <array>
 #include <iterator>
 #include <limits>
 
@@ -21,10 +21,9 @@ namespace hdmbench::commands {
 
 namespace {
 
-namespace fs = std::filesystem;
 struct Arguments {
   SceneArguments scene;
-  fs::path output = "hdmbench-output";
+  std::filesystem::path output = "hdmbench-output";
   std::string accuracy; ///< "0.2px" or "0.1mm"; empty: not asked for
   std::string within;   ///< "10ms"; empty: not asked for
   bool explain = false;
@@ -45,28 +44,6 @@ struct Arguments {
   }
 };
 
-constexpr std::array picture_names{"before", "after", "grid", "magnitude", "jacobian"};
-/// What goes to the output folder: the field, then the pictures.
-std::vector<std::string> file_names(const Scene& scene) {
-  std::vector<std::string> names{scene.name + ".nrrd"};
-  for (std::size_t i = 0; is_inspected(scene.extent()) && i < picture_names.size(); ++i) {
-    names.push_back(fmt::format("{}-{}.png", scene.name, picture_names.at(i)));
-  }
-  return names;
-}
-
-/// `names`: as file_names() has them.
-void write_pictures(const Scene& scene, const VectorField& displacement, const fs::path& folder,
-                    std::span<const std::string> names) {
-  write_png(folder / names[1], scene.picture);
-  write_png(folder / names[2], warp(scene.picture, displacement));
-  write_png(folder / names[3],
-            warp(grid_picture(scene.extent(), grid_spacing(scene.extent())), displacement));
-  write_magnitude_png(folder / names[4], displacement, std::max(largest_magnitude(displacement), 1e-6));
-  // Full blue is a fold, full red a doubled area.
-  write_signed_png(folder / names[5], scene.extent(), area_change_map(displacement).values, 1.0);
-}
-
 /// `counted`: whether solution.levels have counts of changes.
 void print_levels(const Solution& solution, bool counted) {
   json rows = json::array();
@@ -74,10 +51,9 @@ void print_levels(const Solution& solution, bool counted) {
   for (const LevelResult& level : solution.levels) {
     repeated = repeated || level.repeated;
     rows.push_back({{"level", level.level},
-                    {"width", level.extent.width},
-                    {"height", level.extent.height},
                     {"iterations", fmt::format("{}{}", level.iterations, level.repeated ? " *" : "")},
                     {"moving", counted ? json(level.changed) : json()}});
+    rows.back().update(level.extent);
   }
   fmt::print("{}{}", table_text(rows, "level|size|iterations|moving:sites still moving"),
              repeated ? "  * acceleration diverged, computed again without\n" : "");
@@ -187,13 +163,12 @@ json plan_row(const Scene& scene, const Request& request, const Plan& plan) {
            {"asked_seconds", request.seconds},
            {"estimated_px", plan.solution.estimated_error}};
   for (const PlanStep& step : plan.steps) {
-    row["steps"].push_back({{"width", step.extent.width},
-                            {"height", step.extent.height},
-                            {"action", step.action},
+    row["steps"].push_back({{"action", step.action},
                             {"reason", step.reason},
                             {"moved", step.moved},
                             {"seconds", step.seconds},
                             {"expected_error", step.expected_error}});
+    row["steps"].back().update(step.extent);
   }
   return row;
 }
@@ -209,32 +184,6 @@ Warnings find_warnings(const Scene& scene, const Solution& solution, const std::
     return plan && plan->met && (warning.kind == "not-converged" || warning.kind == "stalling-cycles");
   });
   return warnings;
-}
-
-/// Writes the files of a run, and their names into its row.
-void write_files(const Arguments& arguments, const Call& call, const Scene& scene,
-                 const VectorField& displacement, json& row) {
-  if (!have_images()) {
-    fmt::print("  No files are written: this build has no image support (-DHDMBENCH_IMAGES=ON).\n");
-    return;
-  }
-  std::vector<std::string> names = file_names(scene);
-  write_displacement(arguments.output / names[0], displacement, scene.spacing, scene.placement);
-  fmt::print("  {}: the displacement in millimetres\n", (arguments.output / names[0]).string());
-  const bool inspected = is_inspected(scene.extent());
-  if (inspected) {
-    write_pictures(scene, displacement, arguments.output, names);
-    fmt::print("  beside it {}, {}, {}, {} and {}\n", names[1], names[2], names[3], names[4], names[5]);
-  }
-  for (std::string& name : names) {
-    name = beside(call.json, arguments.output, name);
-  }
-  row["field"] = names[0];
-  if (inspected) {
-    for (std::size_t i = 0; i < picture_names.size(); ++i) {
-      row["pictures"][picture_names[i]] = names[1 + i];
-    }
-  }
 }
 
 int run_scene(Arguments& arguments, Call& call) {
@@ -286,8 +235,6 @@ int run_scene(Arguments& arguments, Call& call) {
   const std::int64_t iterations = total_iterations(solution.levels);
   json row{{"scene", scene.name},
            {"title", scene.title},
-           {"width", scene.extent().width},
-           {"height", scene.extent().height},
            {"backend", shared ? shared->backends() : std::string(backend.name())},
            {"device", device.name},
            {"method", method},
@@ -301,8 +248,10 @@ int run_scene(Arguments& arguments, Call& call) {
            {"placement", scene.placement},
            {"warnings", warnings},
            {"field", ""}};
-  fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ({})\n\n", scene.title, scene.extent().width,
-             scene.extent().height, scene.spacing, method, backend.name(), device.name);
+  row.update(scene.extent());
+  fmt::print("{}\n{} {} of {:.4g} mm, {} on {} ({})\n\n", scene.title, scene.extent().text(),
+             scene.extent().depth > 1 ? "voxels" : "pixels", scene.spacing, method, backend.name(),
+             device.name);
   if (plan) {
     row["plan"] = plan_row(scene, request, *plan);
     if (arguments.explain) {
@@ -334,7 +283,12 @@ int run_scene(Arguments& arguments, Call& call) {
                            ? warnings_text(warnings)
                            : "  Not diagnosed, and no pictures: beyond 4096 x 4096 sites that takes more "
                              "time and memory than the solution.\n");
-  write_files(arguments, call, scene, solution.displacement, row);
+  if (inspected && scene.extent().depth > 1 && !scene.energy->is_of_cells()) {
+    fmt::print(
+        "  Of a volume under this energy only folds, the range of values, candidates and conditions that "
+        "contradict each other were looked for.\n");
+  }
+  write_files(arguments.output, call.json, scene, solution.displacement, row);
   call.write(json::array({without_nulls(row)}));
   return absurd.empty() && (!plan || plan->met) ? success : disagreement;
 }

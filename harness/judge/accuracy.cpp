@@ -95,7 +95,7 @@ nlohmann::json write_difference(const Scene& scene, const Truths& truths, const 
   const VectorField error = difference(row.field, truths.elastic_no_poisson.displacement).to_float();
   const double largest = std::max(largest_magnitude(error), 1e-6);
   const std::string file = fmt::format("{}-{}-difference-magnitude.png", scene.name, scene.extent().width);
-  write_magnitude_png(json_folder / file, error, largest);
+  write_magnitude_png(json_folder / file, magnitude_of(error), largest);
   return {{"pictures", {{"magnitude", file}}}, {"limit", largest}, {"against", "fem nu 0"}};
 }
 

@@ -55,6 +55,9 @@ public:
         halos_(ranks, fault, rank_), open_(std::move(open)) {}
 
   void load(const ElasticHierarchy& hierarchy) override {
+    if (hierarchy.levels.front().grid.axes() == 3) {
+      throw DeviceError("ranks share images, not volumes");
+    }
     std::vector<Extent> levels;
     std::ranges::transform(hierarchy.levels, std::back_inserter(levels),
                            [](const ElasticLevel& level) { return level.grid.sites; });

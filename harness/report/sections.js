@@ -110,6 +110,50 @@ function before_and_after(before, after, name) {
     el("figcaption", {}, "left of the line before, right of it after: move the slider"));
 }
 
+/// Slices of a volume across each axis, with a slider each, before or after its deformation. `uri` is one picture of all
+/// slices across z, those of before first, row by row; `row.slices` has their sides, and where one is shown first.
+function volume_viewer(uri, row) {
+  const sides_of = (one) => [one.width, one.height, one.depth];
+  const sides = sides_of(row.slices);
+  let pixels, is_after = true;
+  const gray = ([x, y, z]) => {
+    const tile = z + (is_after ? sides[2] : 0), columns = pixels.width / sides[0];
+    const line = Math.floor(tile / columns) * sides[1] + y;
+    return pixels.data[4 * (line * pixels.width + (tile % columns) * sides[0] + x)];
+  };
+  const views = [2, 1, 0].map((axis) => {
+    const [across, down] = [0, 1, 2].filter((other) => other !== axis);
+    const name = `slice across ${"xyz"[axis]}`;
+    const canvas = el("canvas", { width: sides[across], height: sides[down], role: "img", "aria-label": name });
+    const caption = el("figcaption");
+    const draw = () => {
+      const slice = new ImageData(sides[across], sides[down]);
+      for (let i = 0; i < sides[across] * sides[down]; ++i) {
+        const site = [];
+        site[axis] = Number(slider.value);
+        site[across] = i % sides[across];
+        site[down] = Math.floor(i / sides[across]);
+        const value = gray(site);
+        slice.data.set([value, value, value, 255], 4 * i);
+      }
+      canvas.getContext("2d").putImageData(slice, 0, 0);
+      caption.textContent = `${name}: ${Number(slider.value) + 1} of ${sides[axis]}`;
+    };
+    const first = Math.round((row.slices.at[axis] * (sides[axis] - 1)) / (sides_of(row)[axis] - 1));
+    const slider = el("input", { type: "range", min: 0, max: sides[axis] - 1, value: first, "aria-label": name, oninput: draw });
+    return { draw, figure: el("figure", { class: "slider" }, canvas, slider, caption) };
+  });
+  const draw_all = () => pixels && views.forEach((view) => view.draw());
+  const image = el("img", { src: uri, onload: () => {
+    const context = el("canvas", { width: image.width, height: image.height }).getContext("2d");
+    context.drawImage(image, 0, 0);
+    pixels = context.getImageData(0, 0, image.width, image.height);
+    draw_all();
+  } });
+  return el("div", {},
+    el("p", { class: "choices" }, choice("Deformation", [["after"], ["before"]], (moment) => { is_after = moment === "after"; draw_all(); })),
+    el("div", { class: "pictures" }, views.map((view) => view.figure)));
+}
 
 function pictures(rows, data) {
   const shown = rows.filter((row) => data.picture(row, row.pictures?.after));
@@ -117,9 +161,11 @@ function pictures(rows, data) {
   const draw = ({ run }) => {
     const row = shown[run];
     const of = (name) => data.picture(row, row.pictures[name]);
-    const others = figures([[of("grid"), "the grid, deformed"], [of("magnitude"), "how far each pixel moved; black is 0"]]);
+    const grid = row.depth > 1 ? "the grid of each slice, deformed in its plane" : "the grid, deformed";
+    const others = figures([[of("grid"), grid], [of("magnitude"), "how far each site moved; black is 0"]]);
     const first = of("before") ? before_and_after(of("before"), of("after"), row.scene) : figures([[of("after"), "after"]]);
-    return el("div", { class: "pictures" }, first, ...(others ? others.children : []));
+    const all = (...parts) => el("div", { class: row.depth > 1 ? "pictures strips" : "pictures" }, parts, ...(others ? others.children : []));
+    return row.slices && of("slices") ? [volume_viewer(of("slices"), row), all()] : all(first);
   };
   return [
     shown.length > 0 && chosen_view({ run: ["Scene", shown.map((row, i) => [String(i), row.title || scene_of(row)])] }, draw),

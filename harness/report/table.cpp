@@ -76,9 +76,11 @@ json value_of(const json& row, std::string_view key) {
   if (const json::json_pointer place(path); row.contains(place)) {
     return row.at(place);
   }
-  return key == "size" && row.contains("width") && row.contains("height")
-             ? json(cell(row["width"]) + " x " + cell(row["height"]))
-             : json();
+  if (key != "size" || !row.contains("width") || !row.contains("height")) {
+    return {};
+  }
+  const std::string size = cell(row["width"]) + " x " + cell(row["height"]);
+  return row.contains("depth") ? size + " x " + cell(row["depth"]) : size;
 }
 
 std::string table_text(const json& rows, std::string_view columns) {

@@ -12,7 +12,7 @@ namespace hdmbench {
 namespace {
 
 double longer_side(Extent extent) {
-  return std::max(extent.width, extent.height);
+  return std::max({extent.width, extent.height, extent.depth});
 }
 
 /// Chebyshev acceleration of two colours: successive over-relaxation whose factor rises from sweep to sweep

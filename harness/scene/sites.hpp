@@ -2,7 +2,9 @@
 
 #include "kernels/data/field.hpp"
 
+#include <cmath>
 #include <concepts>
+#include <cstddef>
 #include <vector>
 
 namespace hdmbench {
@@ -28,6 +30,12 @@ void for_each_site(Extent extent, const Call& call) {
       }
     }
   }
+}
+
+/// The length of the vector at a site.
+[[nodiscard]] inline double length_at(const VectorField& field, std::size_t site) {
+  const double in_plane = std::hypot(double{field[0][site]}, double{field[1][site]});
+  return field.extent.axes() == 3 ? std::hypot(in_plane, double{field[2][site]}) : in_plane;
 }
 
 /// The surroundings of a region's outline.

@@ -102,7 +102,8 @@ std::vector<std::string> export_scene(const Scene& scene, const std::filesystem:
     write_vector(file("start.nrrd"), *scene.start, scene.spacing, scene.placement);
   }
   if (with_picture) {
-    write_magnitude_png(file("target.png"), full.target, std::max(largest_magnitude(full.target), 1e-6));
+    write_magnitude_png(file("target.png"), magnitude_of(full.target),
+                        std::max(largest_magnitude(full.target), 1e-6));
     write_png(file("confidence.png"), confidence_picture(full.confidence));
   }
   write_text(file("scene.toml"), scene_text(scene, with_start));

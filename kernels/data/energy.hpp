@@ -35,25 +35,22 @@ struct SiteCost {
 /// Half the gradient of the prior energy by a site's own displacement and half its second derivatives
 /// (kernels/specification/site.inc).
 struct PriorAtSite {
-  float gradient_x = 0.0F;
-  float gradient_y = 0.0F;
-  float curvature_x = 0.0F;
-  float curvature_xy = 0.0F;
-  float curvature_y = 0.0F;
+  std::array<float, 3> gradient{};  ///< by axis
+  std::array<float, 3> curvature{}; ///< of each component by itself
 };
 
-/// What the host asks of an energy at one site, compiled by energy_on_host.cpp from the texts that devices
-/// run.
+/// What the host asks of an energy at one site of an image (z = 0) or a volume, compiled by
+/// energy_on_host.cpp from the texts that devices run.
 struct EnergyOnHost {
-  PriorAtSite (*prior)(const Level& level, const VectorField& displacement, int x, int y);
+  PriorAtSite (*prior)(const Level& level, const VectorField& displacement, int x, int y, int z);
   /// U_t(d_t) with the observation.
-  float (*site_energy)(const Level& level, const VectorField& displacement, int x, int y);
+  float (*site_energy)(const Level& level, const VectorField& displacement, int x, int y, int z);
   /// Where one simultaneous sweep over the candidates moves the site to.
-  std::array<float, 2> (*improved)(const Level& level, const VectorField& displacement, int x, int y);
+  std::array<float, 3> (*improved)(const Level& level, const VectorField& displacement, int x, int y, int z);
   /// The way from each component to the minimiser of its own energy, pixels: 0 at the fixed point. In double.
-  std::array<double, 2> (*missing)(const Level& level, const VectorField& displacement, int x, int y);
-  /// Row y of Level::inverse_curvature, which has its size.
-  void (*set_inverse_curvature)(Level& level, int y);
+  std::array<double, 3> (*missing)(const Level& level, const VectorField& displacement, int x, int y, int z);
+  /// Row y of slice z of Level::inverse_curvature, which has its size.
+  void (*set_inverse_curvature)(Level& level, int y, int z);
 };
 
 struct EnergyPrograms; // backends/shared/energy_programs.hpp
@@ -61,10 +58,10 @@ struct EnergyProofs;   // harness/check/certificate.hpp
 
 /// One energy. Lives as long as the program.
 struct Energy {
-  std::string_view name;                  ///< as on the command line: "hdm"
-  int inputs;                             ///< Level::inputs that it reads, 0 ... 4
-  bool couples;                           ///< whether x and y see each other
-  int coloured_sets;                      ///< sets of sites that move in turn with Update::coloured: 2 or 4
+  std::string_view name; ///< as on the command line: "hdm"
+  int inputs;            ///< Level::inputs that it reads, 0 ... 4
+  bool couples;          ///< whether x and y see each other
+  int coloured_sets;     ///< sets of sites that move in turn with Update::coloured: 2, or 4 and in volumes 8
   std::array<SiteCost, site_kinds> costs; ///< by SiteKind
   const EnergyOnHost* host;               ///< never null
   const EnergyPrograms* programs;         ///< null: those of the thesis's energy

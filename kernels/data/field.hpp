@@ -23,6 +23,8 @@ struct Extent {
     return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *
            static_cast<std::size_t>(depth);
   }
+  /// Rows of all slices: y + height * z is one of them.
+  [[nodiscard]] int rows() const { return height * depth; }
   [[nodiscard]] std::size_t index(int x, int y, int z = 0) const {
     const auto row =
         static_cast<std::size_t>(z) * static_cast<std::size_t>(height) + static_cast<std::size_t>(y);

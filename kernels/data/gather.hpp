@@ -10,47 +10,39 @@ namespace hdmbench {
 
 /// What one site sees of `displacement` on `level`, as gather.glsl has it in shaders: a neighbour outside the
 /// image has the displacement and the modulus of the centre (thesis 6.2.6). `Arithmetic` is an energy with
-/// its scalar, as Hdm<float>; `inverse` makes its 1 / m from the level's.
+/// its scalar and as many axes as the level, as Hdm<float>; `inverse` makes its 1 / m from the level's.
 template <typename Arithmetic, typename Inverse>
 [[gnu::always_inline]] inline typename Arithmetic::Site
-gather(const Level& level, const VectorField& displacement, int x, int y, const Inverse& inverse) {
+gather(const Level& level, const VectorField& displacement, int x, int y, int z, const Inverse& inverse) {
   using real = typename Arithmetic::real;
-  using Neighbours = typename Arithmetic::Neighbours;
   const Extent extent = level.extent;
-  const std::size_t at = extent.index(x, y);
-  const auto neighbour = [&](int dx, int dy) {
+  const std::size_t at = extent.index(x, y, z);
+  const auto seen = Arithmetic::indices_of([&](int number) HDM_INLINED {
+    const auto [dx, dy, dz] = language::direction_of(number);
     const int nx = x + dx;
     const int ny = y + dy;
-    const bool inside = nx >= 0 && ny >= 0 && nx < extent.width && ny < extent.height;
-    return inside ? extent.index(nx, ny) : at;
-  };
-  const std::size_t north_west = neighbour(-1, -1);
-  const std::size_t north = neighbour(0, -1);
-  const std::size_t north_east = neighbour(1, -1);
-  const std::size_t west = neighbour(-1, 0);
-  const std::size_t east = neighbour(1, 0);
-  const std::size_t south_west = neighbour(-1, 1);
-  const std::size_t south = neighbour(0, 1);
-  const std::size_t south_east = neighbour(1, 1);
+    const int nz = z + dz;
+    const bool inside = nx >= 0 && ny >= 0 && nx < extent.width && ny < extent.height &&
+                        (dz == 0 || (nz >= 0 && nz < extent.depth));
+    return inside ? extent.index(nx, ny, nz) : at;
+  });
   const auto same = [](float value) { return real(value); };
   const auto pick = [&](const std::vector<float>& values, const auto& each) {
-    return Neighbours{each(values[north_west]), each(values[north]), each(values[north_east]),
-                      each(values[west]),       each(values[at]),    each(values[east]),
-                      each(values[south_west]), each(values[south]), each(values[south_east])};
+    return Arithmetic::neighbours_of([&](int number)
+                                         HDM_INLINED { return each(values[seen.values[number]]); });
   };
   const bool curvature_known = !level.inverse_curvature[0].empty() && needs_inverse_curvature(level.rule);
   typename Arithmetic::Site site; // every member is set below
-  site.dx = pick(displacement[0], same);
-  site.dy = pick(displacement[1], same);
+  language::for_each_axis<Arithmetic::axes>([&]<int axis>() HDM_INLINED {
+    constexpr auto of = Arithmetic::of_axis[axis];
+    site.*of.displacement = pick(displacement[axis], same);
+    site.*of.target = level.target[axis][at];
+    site.*of.confidence = level.confidence[axis][at];
+    site.*of.inverse_curvature = curvature_known ? level.inverse_curvature[axis][at] : 0.0F;
+  });
   site.inverse_modulus = pick(level.inverse_modulus.values, inverse);
   site.modulus = level.modulus.values[at];
-  site.target_x = level.target[0][at];
-  site.target_y = level.target[1][at];
-  site.confidence_x = level.confidence[0][at];
-  site.confidence_y = level.confidence[1][at];
   site.penalty = level.penalty;
-  site.inverse_curvature_x = curvature_known ? level.inverse_curvature[0][at] : 0.0F;
-  site.inverse_curvature_y = curvature_known ? level.inverse_curvature[1][at] : 0.0F;
   Arithmetic::set_inputs(
       site, [&](int number) { return pick(level.inputs[static_cast<std::size_t>(number)].values, same); });
   return site;
@@ -58,24 +50,23 @@ gather(const Level& level, const VectorField& displacement, int x, int y, const 
 
 template <typename Arithmetic>
 [[gnu::always_inline]] inline typename Arithmetic::Site
-gather(const Level& level, const VectorField& displacement, int x, int y) {
-  return gather<Arithmetic>(level, displacement, x, y,
+gather(const Level& level, const VectorField& displacement, int x, int y, int z = 0) {
+  return gather<Arithmetic>(level, displacement, x, y, z,
                             [](float value) { return typename Arithmetic::real(value); });
 }
 
 /// The site after sweep `number` of the level, sequential ones apart.
 template <typename Arithmetic>
 typename Arithmetic::Displacement swept_site(const Level& level, const VectorField& displacement, int number,
-                                             int x, int y) {
+                                             int x, int y, int z = 0) {
   using real = typename Arithmetic::real;
   const SweepState state = sweep_state(level, number);
   const typename Arithmetic::Sweep turn{state.colour, state.strength, state.number, state.seed};
   real steps[StepSet::maximum_count];
   std::copy_n(level.steps.padded().begin(), StepSet::maximum_count, steps);
   return Arithmetic::swept_displacement(static_cast<int>(level.rule), sweeps_per_iteration(level), true,
-                                        gather<Arithmetic>(level, displacement, x, y),
-                                        {static_cast<float>(x), static_cast<float>(y)}, turn, steps,
-                                        level.steps.count());
+                                        gather<Arithmetic>(level, displacement, x, y, z),
+                                        Arithmetic::position_of(x, y, z), turn, steps, level.steps.count());
 }
 
 } // namespace hdmbench

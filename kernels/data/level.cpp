@@ -26,10 +26,16 @@ const Energy thesis_energy{.name = "hdm",
 
 namespace {
 
+/// "300 x 200", or "300 x 200 x 100" of a volume.
+std::string size_text(Extent extent) {
+  return fmt::format("{} x {}", extent.width, extent.height) +
+         (extent.axes() > 2 ? fmt::format(" x {}", extent.depth) : "");
+}
+
 void require_size(std::size_t values, Extent found, Extent extent, const char* what) {
   if (found != extent || values != extent.sites()) {
-    throw InputError(fmt::format("{} is {} x {} with {} values, the scene is {} x {}", what, found.width,
-                                 found.height, values, extent.width, extent.height));
+    throw InputError(fmt::format("{} is {} with {} values, the scene is {}", what, size_text(found), values,
+                                 size_text(extent)));
   }
 }
 
@@ -39,9 +45,11 @@ void require(const std::vector<float>& values, Extent extent, const char* what, 
              Predicate holds) {
   const auto found = std::ranges::find_if_not(values, holds);
   if (found != values.end()) {
-    const auto index = found - values.begin();
-    throw InputError(fmt::format("{} at x = {}, y = {} is {}, it must be {}", what, index % extent.width,
-                                 index / extent.width, *found, rule));
+    const auto index = static_cast<int>(found - values.begin());
+    const int row = index / extent.width;
+    const std::string slice = extent.axes() > 2 ? fmt::format(", z = {}", row / extent.height) : "";
+    throw InputError(fmt::format("{} at x = {}, y = {}{} is {}, it must be {}", what, index % extent.width,
+                                 row % extent.height, slice, *found, rule));
   }
 }
 
@@ -64,6 +72,15 @@ bool is_finite(float value) {
 }
 
 } // namespace
+
+void require_sides(Extent extent) {
+  if (extent.axes() > 2 && std::min({extent.width, extent.height, extent.depth}) < 2) {
+    throw InputError(fmt::format("the volume is {} voxels, each side must be at least 2", size_text(extent)));
+  }
+  if (extent.width < 1 || extent.height < 1 || extent.depth < 1) {
+    throw InputError(fmt::format("the image is {} pixels, each must be at least 1", size_text(extent)));
+  }
+}
 
 Level without_fields(const Level& level) {
   return {.extent = level.extent,
@@ -89,19 +106,22 @@ void set_inverse_modulus(Level& level) {
 void set_inverse_curvature(Level& level) {
   const Extent extent = level.extent;
   level.inverse_curvature.extent = extent;
-  level.inverse_curvature[0].resize(extent.sites());
-  level.inverse_curvature[1].resize(extent.sites());
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    level.inverse_curvature[axis].resize(extent.sites());
+  }
 #pragma omp parallel for if (extent.sites() > sites_worth_threads)
-  for (int y = 0; y < extent.height; ++y) {
-    level.energy->host->set_inverse_curvature(level, y);
+  for (int row = 0; row < extent.rows(); ++row) {
+    level.energy->host->set_inverse_curvature(level, row % extent.height, row / extent.height);
   }
 }
 
 double mean_energy(const Level& level, const VectorField& displacement) {
   double sum = 0.0;
-  for (int y = 0; y < level.extent.height; ++y) {
-    for (int x = 0; x < level.extent.width; ++x) {
-      sum += static_cast<double>(level.energy->host->site_energy(level, displacement, x, y));
+  const Extent extent = level.extent;
+  for (int row = 0; row < extent.rows(); ++row) {
+    for (int x = 0; x < extent.width; ++x) {
+      sum += static_cast<double>(
+          level.energy->host->site_energy(level, displacement, x, row % extent.height, row / extent.height));
     }
   }
   return sum / static_cast<double>(level.extent.sites());
@@ -118,25 +138,24 @@ Undetermined find_undetermined(int thickness, std::span<const float> confidence)
 }
 
 void validate(const VectorField& field, Extent extent, const char* what) {
-  require_size(field[0].size(), field.extent, extent, what);
-  require_size(field[1].size(), field.extent, extent, what);
-  require(field[0], extent, what, "finite", is_finite);
-  require(field[1], extent, what, "finite", is_finite);
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    require_size(field[axis].size(), field.extent, extent, what);
+    require(field[axis], extent, what, "finite", is_finite);
+  }
 }
 
 void validate(const Level& level) {
-  if (level.extent.width < 1 || level.extent.height < 1) {
-    throw InputError(fmt::format("the image is {} x {} pixels, each must be at least 1", level.extent.width,
-                                 level.extent.height));
-  }
+  require_sides(level.extent);
   if (!(level.penalty > 0.0F) || !std::isfinite(level.penalty)) {
     throw InputError(fmt::format("the penalty K is {}, it must be positive and finite", level.penalty));
   }
   validate(level.target, level.extent, "the target displacement");
   validate(level.confidence, level.extent, "the confidence");
   const auto in_unit_interval = [](float value) { return value >= 0.0F && value <= 1.0F; };
-  require(level.confidence[0], level.extent, "the confidence in x", "within 0 ... 1", in_unit_interval);
-  require(level.confidence[1], level.extent, "the confidence in y", "within 0 ... 1", in_unit_interval);
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+    const std::string what = fmt::format("the confidence in {}", "xyz"[axis]);
+    require(level.confidence[axis], level.extent, what.c_str(), "within 0 ... 1", in_unit_interval);
+  }
   require_size(level.modulus.values.size(), level.modulus.extent, level.extent, "the modulus");
   require(level.modulus.values, level.extent, "the modulus (MPa)",
           "positive and finite, and so must its inverse as a 32-bit float",

@@ -16,7 +16,8 @@ enum class Update {
   sequential,   ///< raster order, in place: the thesis's CPU design
   coloured,     ///< as many sets in turn as the energy needs, so that within a set no site sees another:
                 ///< Energy::coloured_sets, two for the thesis's (update.inc)
-  four_coloured ///< four sets in turn, the sites by the parity of column and row (thesis 9.6.2)
+  four_coloured ///< four sets in turn, the sites by the parity of column and row (thesis 9.6.2); eight in a
+                ///< volume, by that of the slice, too
 };
 
 /// Where a site moves to: the rules of update.inc, in their order.
@@ -57,11 +58,12 @@ struct SweepState {
 /// How many sweeps make one iteration, every component once: as many as there are sets of sites that move in
 /// turn.
 [[nodiscard]] inline int sweeps_per_iteration(const Level& level) {
+  const int by_all_parities = level.extent.axes() > 2 ? 8 : 4;
   switch (level.update) {
   case Update::coloured:
-    return level.energy->coloured_sets;
+    return level.energy->coloured_sets == 2 ? 2 : by_all_parities;
   case Update::four_coloured:
-    return 4;
+    return by_all_parities;
   default:
     return 1;
   }
@@ -85,7 +87,7 @@ struct SweepState {
   return rule == Rule::closed_form;
 }
 
-/// Whether a site can only change in a sweep if it or one of its eight neighbours changed in the sweep
+/// Whether a site can only change in a sweep if it or one of its neighbours changed in the sweep
 /// before: what lets Work::active (backends/backend.hpp) leave out the rest. True for candidates with
 /// simultaneous updates; other rules differ from sweep to sweep.
 [[nodiscard]] bool changes_spread_by_contact(const Level& level);
@@ -107,9 +109,13 @@ struct Undetermined {
 };
 
 /// A component sees the neighbours on both sides in its own direction, straight and diagonal: that connects
-/// all sites of an image at least two sites thick in that direction, and none of a thinner one. `thickness`
-/// is the width for x and the height for y; one `confidence` per site, 0 = unknown.
+/// all sites of an image or volume at least two sites thick in that direction, and none of a thinner one.
+/// `thickness` is the width for x, the height for y and the depth for z; one `confidence` per site, 0 =
+/// unknown.
 [[nodiscard]] Undetermined find_undetermined(int thickness, std::span<const float> confidence);
+
+/// Throws InputError where a side of an image is < 1, or one of a volume < 2.
+void require_sides(Extent extent);
 
 /// Throws InputError naming the field and the first offending site: a size that does not match the extent, a
 /// value that is not finite, modulus <= 0 or without a finite inverse, confidence outside [0, 1], K <= 0,

@@ -48,12 +48,16 @@ std::vector<Range> footprints(int coarse, int fine, Alignment alignment) {
 void set_mean_modulus(const Level& full, Alignment alignment, Level& level) {
   const std::vector<Range> columns = footprints(level.extent.width, full.extent.width, alignment);
   const std::vector<Range> rows = footprints(level.extent.height, full.extent.height, alignment);
-  auto mean = level.modulus.values.begin();
+  const std::vector<Range> slices = footprints(level.extent.depth, full.extent.depth, alignment);
   std::vector<double> sums(columns.size());
-  for (const Range& row : rows) {
+  for (int line = 0; line < level.extent.rows(); ++line) {
+    const Range row = rows[static_cast<std::size_t>(line % level.extent.height)];
+    const Range slice = slices[static_cast<std::size_t>(line / level.extent.height)];
     std::ranges::fill(sums, 0.0);
-    for (int y = row.first; y <= row.last; ++y) {
-      const float* const moduli = full.modulus.values.data() + full.extent.index(0, y);
+    for (int part = 0; part < slice.count() * row.count(); ++part) {
+      const float* const moduli =
+          full.modulus.values.data() +
+          full.extent.index(0, row.first + part % row.count(), slice.first + part / row.count());
       for (std::size_t column = 0; column < columns.size(); ++column) {
         for (int x = columns[column].first; x <= columns[column].last; ++x) {
           sums[column] += static_cast<double>(moduli[x]);
@@ -61,8 +65,9 @@ void set_mean_modulus(const Level& full, Alignment alignment, Level& level) {
       }
     }
     for (std::size_t column = 0; column < columns.size(); ++column) {
-      *mean = static_cast<float>(sums[column] / (row.count() * columns[column].count()));
-      ++mean;
+      const int sites = slice.count() * row.count() * columns[column].count();
+      level.modulus.values[level.extent.index(static_cast<int>(column), line)] =
+          static_cast<float>(sums[column] / sites);
     }
   }
   set_inverse_modulus(level);

@@ -1,13 +1,12 @@
 #include "kernels/data/pyramid.hpp"
 
-#include "kernels/data/input_error.hpp"
 #include "kernels/data/modulus.hpp"
 #include "kernels/specification/projection.hpp"
 
-#include <fmt/format.h>
 #include <omp.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
 #include <cmath>
 #include <utility>
@@ -16,10 +15,10 @@ namespace hdmbench {
 
 namespace {
 
-/// n, then the powers of two below n in falling order.
-std::vector<int> axis_sizes(int n) {
+/// n, then the powers of two below n in falling order, down to `least`.
+std::vector<int> axis_sizes(int n, int least) {
   std::vector<int> sizes{n};
-  while (sizes.back() > 1) {
+  while (sizes.back() > least) {
     const auto below = static_cast<unsigned>(sizes.back() - 1);
     sizes.push_back(static_cast<int>(std::bit_floor(below)));
   }
@@ -31,13 +30,14 @@ class Sampler {
 public:
   Sampler(Extent full, Extent extent, Alignment alignment)
       : full_(full), columns_(sampled_indices(extent.width, full.width, alignment)),
-        rows_(sampled_indices(extent.height, full.height, alignment)) {}
+        rows_(sampled_indices(extent.height, full.height, alignment)),
+        slices_(sampled_indices(extent.depth, full.depth, alignment)) {}
 
   void operator()(const std::vector<float>& from, std::vector<float>& to) const {
     const std::size_t width = columns_.size();
 #pragma omp parallel for if (to.size() > sites_worth_threads)
-    for (std::size_t y = 0; y < rows_.size(); ++y) {
-      const float* row = from.data() + full_.index(0, rows_[y]);
+    for (std::size_t y = 0; y < rows_.size() * slices_.size(); ++y) {
+      const float* row = from.data() + full_.index(0, rows_[y % rows_.size()], slices_[y / rows_.size()]);
       float* next = to.data() + y * width;
       for (std::size_t x = 0; x < width; ++x) {
         next[x] = row[columns_[x]];
@@ -49,21 +49,24 @@ private:
   Extent full_;
   std::vector<int> columns_;
   std::vector<int> rows_;
+  std::vector<int> slices_;
 };
 
 } // namespace
 
 std::vector<Extent> pyramid_extents(Extent full) {
-  if (full.width < 1 || full.height < 1) {
-    throw InputError(
-        fmt::format("the image is {} x {} pixels, each must be at least 1", full.width, full.height));
-  }
-  const std::vector<int> widths = axis_sizes(full.width);
-  const std::vector<int> heights = axis_sizes(full.height);
+  require_sides(full);
+  // A line of sites along an axis of one site would be all border: a volume stays one on every level.
+  const int least = full.axes() > 2 ? 2 : 1;
+  const std::vector<int> widths = axis_sizes(full.width, least);
+  const std::vector<int> heights = axis_sizes(full.height, least);
+  const std::vector<int> depths = axis_sizes(full.depth, least);
+  const auto at = [](const std::vector<int>& sizes, std::size_t level) {
+    return sizes[std::min(level, sizes.size() - 1)];
+  };
   std::vector<Extent> extents;
-  for (std::size_t level = 0; level < std::max(widths.size(), heights.size()); ++level) {
-    extents.push_back(
-        {level < widths.size() ? widths[level] : 1, level < heights.size() ? heights[level] : 1});
+  for (std::size_t level = 0; level < std::max({widths.size(), heights.size(), depths.size()}); ++level) {
+    extents.push_back({at(widths, level), at(heights, level), at(depths, level)});
   }
   return extents;
 }
@@ -128,10 +131,10 @@ Level sample_level(const Level& full, Extent extent, Alignment alignment, Materi
               .strengths = full.strengths,
               .seed = full.seed};
   const Sampler sample(full.extent, extent, alignment);
-  sample(full.target[0], level.target[0]);
-  sample(full.target[1], level.target[1]);
-  sample(full.confidence[0], level.confidence[0]);
-  sample(full.confidence[1], level.confidence[1]);
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    sample(full.target[axis], level.target[axis]);
+    sample(full.confidence[axis], level.confidence[axis]);
+  }
   if (material == Material::mean) {
     set_mean_modulus(full, alignment, level);
   } else {
@@ -142,19 +145,23 @@ Level sample_level(const Level& full, Extent extent, Alignment alignment, Materi
 }
 
 SiteCounts count_site_kinds(const Level& full, Extent extent, Alignment alignment) {
-  const std::vector<int> columns = sampled_indices(extent.width, full.extent.width, alignment);
-  const std::vector<int> rows = sampled_indices(extent.height, full.extent.height, alignment);
+  const auto sampled = [&](int coarse, int fine) { return sampled_indices(coarse, fine, alignment); };
+  const std::array<std::vector<int>, 3> sites{sampled(extent.width, full.extent.width),
+                                              sampled(extent.height, full.extent.height),
+                                              sampled(extent.depth, full.extent.depth)};
+  const auto index = [&](int x, int y, int z) {
+    return full.extent.index(sites[0][static_cast<std::size_t>(x)], sites[1][static_cast<std::size_t>(y)],
+                             sites[2][static_cast<std::size_t>(z)]);
+  };
   // Outside the image is what the centre has, so it is enough to look at the sites that are there.
-  const auto is_uniform = [&](int x, int y) {
-    const auto modulus = [&](int column, int row) {
-      return full.modulus.values[full.extent.index(columns[static_cast<std::size_t>(column)],
-                                                   rows[static_cast<std::size_t>(row)])];
-    };
-    const float centre = modulus(x, y);
-    for (int row = std::max(y - 1, 0); row <= std::min(y + 1, extent.height - 1); ++row) {
-      for (int column = std::max(x - 1, 0); column <= std::min(x + 1, extent.width - 1); ++column) {
-        if (modulus(column, row) != centre) {
-          return false;
+  const auto is_uniform = [&](int x, int y, int z) {
+    const float centre = full.modulus.values[index(x, y, z)];
+    for (int slice = std::max(z - 1, 0); slice <= std::min(z + 1, extent.depth - 1); ++slice) {
+      for (int row = std::max(y - 1, 0); row <= std::min(y + 1, extent.height - 1); ++row) {
+        for (int column = std::max(x - 1, 0); column <= std::min(x + 1, extent.width - 1); ++column) {
+          if (full.modulus.values[index(column, row, slice)] != centre) {
+            return false;
+          }
         }
       }
     }
@@ -164,12 +171,15 @@ SiteCounts count_site_kinds(const Level& full, Extent extent, Alignment alignmen
   std::int64_t unobserved = 0;
   std::int64_t both = 0;
 #pragma omp parallel for reduction(+ : uniform, unobserved, both)
-  for (int y = 0; y < extent.height; ++y) {
+  for (int line = 0; line < extent.rows(); ++line) {
+    const int y = line % extent.height;
+    const int z = line / extent.height;
     for (int x = 0; x < extent.width; ++x) {
-      const std::size_t at =
-          full.extent.index(columns[static_cast<std::size_t>(x)], rows[static_cast<std::size_t>(y)]);
-      const bool is_unobserved = full.confidence[0][at] == 0.0F && full.confidence[1][at] == 0.0F;
-      const bool same = is_uniform(x, y);
+      bool is_unobserved = true;
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        is_unobserved = is_unobserved && full.confidence[axis][index(x, y, z)] == 0.0F;
+      }
+      const bool same = is_uniform(x, y, z);
       uniform += same && !is_unobserved ? 1 : 0;
       unobserved += !same && is_unobserved ? 1 : 0;
       both += same && is_unobserved ? 1 : 0;
@@ -178,10 +188,10 @@ SiteCounts count_site_kinds(const Level& full, Extent extent, Alignment alignmen
   return {static_cast<std::int64_t>(extent.sites()) - uniform - unobserved - both, unobserved, uniform, both};
 }
 
-Projection::Projection(std::array<const float*, 2> coarse, Extent coarse_extent, Extent fine,
-                       Alignment alignment)
-    : coarse_(coarse), coarse_extent_(coarse_extent),
-      rows_(interpolations(coarse_extent.height, fine.height, alignment)) {
+Projection::Projection(Components<const float> coarse, Extent coarse_extent, Extent fine, Alignment alignment)
+    : coarse_(coarse), coarse_extent_(coarse_extent), fine_(fine),
+      rows_(interpolations(coarse_extent.height, fine.height, alignment)),
+      slices_(interpolations(coarse_extent.depth, fine.depth, alignment)) {
   for (const Interpolation& column : interpolations(coarse_extent.width, fine.width, alignment)) {
     west_.push_back(column.first);
     east_.push_back(column.second);
@@ -189,14 +199,15 @@ Projection::Projection(std::array<const float*, 2> coarse, Extent coarse_extent,
   }
 }
 
-void Projection::widen(int coarse_row, std::array<std::vector<float>, 2>& to) const {
+void Projection::widen(int coarse_row, WideRow& to) const {
   const int* west = west_.data();
   const int* east = east_.data();
   const float* weight = weight_.data();
-  for (std::size_t component = 0; component < to.size(); ++component) {
-    to[component].resize(weight_.size());
+  to.coarse = coarse_row;
+  for (std::size_t component = 0; component < fine_.axes(); ++component) {
+    to.values[component].resize(weight_.size());
     const float* from = coarse_[component] + coarse_extent_.index(0, coarse_row);
-    float* wide = to[component].data();
+    float* wide = to.values[component].data();
 #pragma omp simd
     for (std::size_t x = 0; x < weight_.size(); ++x) {
       wide[x] = projection::interpolated(from[west[x]], from[east[x]], weight[x]);
@@ -204,38 +215,56 @@ void Projection::widen(int coarse_row, std::array<std::vector<float>, 2>& to) co
   }
 }
 
-void Projection::row(int y, CoarseRows& rows, std::array<float*, 2> to) const {
-  const Interpolation between = rows_[static_cast<std::size_t>(y)];
-  if (rows.first != between.first && rows.second == between.first) {
-    std::swap(rows.upper, rows.lower);
-    std::swap(rows.first, rows.second);
+void Projection::between(int coarse_slice, Interpolation rows, Slice& slice) const {
+  const int first = coarse_slice * coarse_extent_.height + rows.first;
+  const int second = coarse_slice * coarse_extent_.height + rows.second;
+  if (slice.upper.coarse != first && slice.lower.coarse == first) {
+    std::swap(slice.upper, slice.lower);
   }
-  if (rows.first != between.first) {
-    widen(between.first, rows.upper);
-    rows.first = between.first;
+  if (slice.upper.coarse != first) {
+    widen(first, slice.upper);
   }
-  if (rows.second != between.second) {
-    widen(between.second, rows.lower);
-    rows.second = between.second;
+  if (slice.lower.coarse != second) {
+    widen(second, slice.lower);
   }
-  for (std::size_t component = 0; component < to.size(); ++component) {
-    const float* upper = rows.upper[component].data();
-    const float* lower = rows.lower[component].data();
+}
+
+void Projection::row(int y, CoarseRows& rows, Components<float> to) const {
+  const Interpolation down = rows_[static_cast<std::size_t>(y % fine_.height)];
+  const Interpolation deep = slices_[static_cast<std::size_t>(y / fine_.height)];
+  between(deep.first, down, rows.near);
+  if (fine_.axes() > 2) {
+    between(deep.second, down, rows.far);
+  }
+  for (std::size_t component = 0; component < fine_.axes(); ++component) {
+    const float* upper = rows.near.upper.values[component].data();
+    const float* lower = rows.near.lower.values[component].data();
+    const float* far_upper = rows.far.upper.values[component].data();
+    const float* far_lower = rows.far.lower.values[component].data();
     float* next = to[component] + static_cast<std::size_t>(y) * weight_.size();
+    if (fine_.axes() > 2) {
 #pragma omp simd
-    for (std::size_t x = 0; x < weight_.size(); ++x) {
-      next[x] = projection::interpolated(upper[x], lower[x], between.weight);
+      for (std::size_t x = 0; x < weight_.size(); ++x) {
+        next[x] = projection::interpolated(projection::interpolated(upper[x], lower[x], down.weight),
+                                           projection::interpolated(far_upper[x], far_lower[x], down.weight),
+                                           deep.weight);
+      }
+    } else {
+#pragma omp simd
+      for (std::size_t x = 0; x < weight_.size(); ++x) {
+        next[x] = projection::interpolated(upper[x], lower[x], down.weight);
+      }
     }
   }
 }
 
-void Projection::all_rows(std::array<float*, 2> to, int threads) const {
+void Projection::all_rows(Components<float> to, int threads) const {
 #pragma omp parallel num_threads(threads)
   {
     CoarseRows rows;
 #pragma omp for schedule(static)
-    for (std::size_t y = 0; y < rows_.size(); ++y) {
-      row(static_cast<int>(y), rows, to);
+    for (int y = 0; y < fine_.rows(); ++y) {
+      row(y, rows, to);
     }
   }
 }
@@ -243,16 +272,17 @@ void Projection::all_rows(std::array<float*, 2> to, int threads) const {
 VectorField prolongate(const VectorField& coarse, Extent fine, Alignment alignment) {
   VectorField result(fine);
   const int threads = fine.sites() > sites_worth_threads ? omp_get_max_threads() : 1;
-  Projection({coarse[0].data(), coarse[1].data()}, coarse.extent, fine, alignment)
-      .all_rows({result[0].data(), result[1].data()}, threads);
+  Projection({coarse[0].data(), coarse[1].data(), coarse[2].data()}, coarse.extent, fine, alignment)
+      .all_rows({result[0].data(), result[1].data(), result[2].data()}, threads);
   return result;
 }
 
 VectorField sample_field(const VectorField& full, Extent extent, Alignment alignment) {
   VectorField result(extent);
   const Sampler sample(full.extent, extent, alignment);
-  sample(full[0], result[0]);
-  sample(full[1], result[1]);
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    sample(full[axis], result[axis]);
+  }
   return result;
 }
 

@@ -23,7 +23,8 @@ enum class Material {
 
 /// Extents of all levels, index 0 the full image, the last one 1 x 1. Per axis: n, then the powers of two
 /// below n in falling order, then 1 until the longer axis has arrived: 300 gives 300 256 128 ... 2 1
-/// (thesis 4.11). Throws InputError where a side is < 1.
+/// (thesis 4.11). A volume, which must have two sites along every axis, ends with 2 x 2 x 2. Throws as
+/// require_sides() does.
 [[nodiscard]] std::vector<Extent> pyramid_extents(Extent full);
 
 /// The index on an axis of `fine` sites that site `coarse_index` of an axis of `coarse` sites samples. Exact
@@ -59,35 +60,50 @@ struct Interpolation {
 /// How each of `fine` sites on an axis is interpolated from `coarse` ones.
 [[nodiscard]] std::vector<Interpolation> interpolations(int coarse, int fine, Alignment alignment);
 
-/// A displacement's way to a finer level, row by row, as projection.inc has it.
+/// A displacement's way to a finer level, row by row, as projection.inc has it; in a volume between two
+/// slices last.
 class Projection {
 public:
-  /// The components of `coarse`, which must outlive this object: one float per site of its extent.
-  Projection(std::array<const float*, 2> coarse, Extent coarse_extent, Extent fine, Alignment alignment);
+  /// Where components lie, as many as there are axes.
+  template <typename Number>
+  using Components = std::array<Number*, 3>;
 
-  /// The two coarse rows that the last fine row lay between, at all fine columns. Fine rows in rising order
-  /// share them; one for each thread.
+  /// The components of `coarse`, which must outlive this object: one float per site of its extent.
+  Projection(Components<const float> coarse, Extent coarse_extent, Extent fine, Alignment alignment);
+
+  /// A coarse row at all fine columns.
+  struct WideRow {
+    std::array<std::vector<float>, 3> values; ///< by component
+    int coarse = -1;                          ///< which row of all slices
+  };
+  /// The two coarse rows of a slice that a fine row lies between.
+  struct Slice {
+    WideRow upper;
+    WideRow lower;
+  };
+  /// Those that the last fine row lay between. Fine rows in rising order share them; one for each thread.
   struct CoarseRows {
-    std::array<std::vector<float>, 2> upper; ///< by component
-    std::array<std::vector<float>, 2> lower;
-    int first = -1; ///< coarse row of `upper`
-    int second = -1;
+    Slice near;
+    Slice far; ///< in a volume
   };
 
-  /// Row y of the fine level into the components of a field of its extent.
-  void row(int y, CoarseRows& rows, std::array<float*, 2> to) const;
+  /// Row y of all rows of the fine level into the components of a field of its extent.
+  void row(int y, CoarseRows& rows, Components<float> to) const;
   /// All rows, by so many threads.
-  void all_rows(std::array<float*, 2> to, int threads) const;
+  void all_rows(Components<float> to, int threads) const;
 
 private:
-  void widen(int coarse_row, std::array<std::vector<float>, 2>& to) const;
+  void widen(int coarse_row, WideRow& to) const;
+  void between(int coarse_slice, Interpolation rows, Slice& slice) const;
 
-  std::array<const float*, 2> coarse_;
+  Components<const float> coarse_;
   Extent coarse_extent_;
+  Extent fine_;
   std::vector<int> west_; ///< per fine column
   std::vector<int> east_;
   std::vector<float> weight_; ///< of east
   std::vector<Interpolation> rows_;
+  std::vector<Interpolation> slices_;
 };
 
 /// A displacement from the level above.

@@ -4,11 +4,31 @@
 /// what lets the loop over sites become SIMD.
 #define HDM_FUNCTION [[maybe_unused, gnu::always_inline]] static inline
 #define HDM_PRECISE
+/// Behind the parameters of a lambda.
+#define HDM_INLINED __attribute__((always_inline))
 #define HDM_CONSTANT [[maybe_unused]] static constexpr
 
 /// abs and floor of the texts, for any scalar. Internal linkage, so that translation units built for
 /// different instruction sets cannot be mixed up by the linker.
 namespace hdmbench::language {
+
+/// call<0>(), call<1>() and so on; what is called is inlined, too, where it is HDM_INLINED.
+template <int count, typename Call>
+HDM_FUNCTION void for_each_axis(const Call& call) {
+  call.template operator()<0>();
+  call.template operator()<1>();
+  if constexpr (count > 2) {
+    call.template operator()<2>();
+  }
+}
+
+/// Where neighbour `number` of members.inc's neighbours_of() is.
+struct Direction {
+  int x, y, z;
+};
+HDM_FUNCTION constexpr Direction direction_of(int number) {
+  return {number % 3 - 1, number / 3 % 3 - 1, number < 9 ? 0 : number < 18 ? -1 : 1};
+}
 
 HDM_FUNCTION float absolute(float value) {
   return __builtin_fabsf(value);

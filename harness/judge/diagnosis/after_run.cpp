@@ -69,11 +69,11 @@ void check_met(const Scene& scene, const VectorField& displacement, Warnings& wa
       }
     };
     const Level& level = scene.full;
-    const PriorAtSite prior = level.energy->host->prior(level, displacement, x, y);
-    check(level.confidence[0][at], level.target[0][at], displacement[0][at], prior.gradient_x,
-          prior.curvature_x);
-    check(level.confidence[1][at], level.target[1][at], displacement[1][at], prior.gradient_y,
-          prior.curvature_y);
+    const PriorAtSite prior = level.energy->host->prior(level, displacement, x, y, 0);
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      check(level.confidence[axis][at], level.target[axis][at], displacement[axis][at], prior.gradient[axis],
+            prior.curvature[axis]);
+    }
   });
   for (const auto& [kind, missed] : {std::pair("gives-way", overruled), {"not-met", not_arrived}}) {
     if (missed.count > 0) {
@@ -108,7 +108,8 @@ void check_folding(const VectorField& displacement, Warnings& warnings) {
   const std::size_t near = cells_where([](float ratio) { return ratio < nearly_folded; }) - folded;
   if (folded + near > 0) {
     warn(warnings, folded > 0 ? "fold-over" : "near-fold", folded > 0 ? folded : near,
-         "cells"_a = ratios.values.size(), "near"_a = near, "least"_a = *worst, "place"_a = where);
+         "cells"_a = ratios.values.size(), "near"_a = near, "least"_a = *worst, "place"_a = where,
+         "content"_a = displacement.extent.depth > 1 ? "volume" : "area");
   }
 }
 
@@ -159,8 +160,10 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
   Warnings warnings;
   const VectorField& field = solution.displacement;
   const auto is_wild = [](float value) { return !std::isfinite(value); };
-  const auto wild = static_cast<std::size_t>(std::ranges::count_if(field[0], is_wild) +
-                                             std::ranges::count_if(field[1], is_wild));
+  std::size_t wild = 0;
+  for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
+    wild += static_cast<std::size_t>(std::ranges::count_if(field[axis], is_wild));
+  }
   if (wild > 0) {
     warn(warnings, "not-finite", wild);
     return warnings;
@@ -176,8 +179,10 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
   }
   check_range(scene, field, warnings);
   check_folding(field, warnings);
-  check_met(scene, field, warnings);
-  check_rest(scene, solution, warnings);
+  if (field.extent.depth == 1) { // what is measured here is derived for the neighbours of an image
+    check_met(scene, field, warnings);
+    check_rest(scene, solution, warnings);
+  }
   return warnings;
 }
 

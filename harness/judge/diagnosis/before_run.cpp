@@ -6,9 +6,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <span>
 
 namespace hdmbench {
 
@@ -57,13 +59,14 @@ void check_conflicts(const Scene& scene, Warnings& warnings) {
         steps.add(std::abs(rise), a);
       }
     };
-    for_each_site(extent, [&](int x, int y) {
-      const std::size_t at = extent.index(x, y);
-      if (x + 1 < extent.width) {
-        compare(at, extent.index(x + 1, y), component.name == 'x');
-      }
-      if (y + 1 < extent.height) {
-        compare(at, extent.index(x, y + 1), component.name == 'y');
+    const std::array<std::size_t, 3> strides{1, extent.index(0, 1), extent.index(0, 0, 1)};
+    for_each_site(extent, [&](int x, int y, int z) {
+      const std::array<int, 3> place{x, y, z};
+      const std::size_t at = extent.index(x, y, z);
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        if (place[axis] + 1 < extent.sides()[axis]) {
+          compare(at, at + strides[axis], axis == component.axis);
+        }
       }
     });
   }
@@ -195,11 +198,26 @@ Seen largest_contrast(const Level& level) {
   Seen found{.most = 1.0};
   const Extent extent = level.extent;
   const auto& modulus = level.modulus.values;
-  for_each_site(extent, [&](int x, int y) {
-    const std::size_t at = extent.index(x, y);
-    for (const auto& [dx, dy] : {std::pair(1, 0), {0, 1}, {1, 1}, {-1, 1}}) {
-      if (x + dx >= 0 && x + dx < extent.width && y + dy < extent.height) {
-        const std::size_t other = extent.index(x + dx, y + dy);
+  // Half of the neighbours: each pair once.
+  constexpr std::array<std::array<int, 3>, 13> ways{{{1, 0, 0},
+                                                     {0, 1, 0},
+                                                     {1, 1, 0},
+                                                     {-1, 1, 0},
+                                                     {0, 0, 1},
+                                                     {1, 0, 1},
+                                                     {-1, 0, 1},
+                                                     {0, 1, 1},
+                                                     {0, -1, 1},
+                                                     {1, 1, 1},
+                                                     {-1, 1, 1},
+                                                     {1, -1, 1},
+                                                     {-1, -1, 1}}};
+  for_each_site(extent, [&](int x, int y, int z) {
+    const std::size_t at = extent.index(x, y, z);
+    for (const auto& [dx, dy, dz] : std::span(ways).first(extent.axes() == 3 ? 13 : 4)) {
+      if (x + dx >= 0 && x + dx < extent.width && y + dy >= 0 && y + dy < extent.height &&
+          z + dz < extent.depth) {
+        const std::size_t other = extent.index(x + dx, y + dy, z + dz);
         const auto [soft, stiff] = std::minmax(modulus[at], modulus[other]);
         found.add(static_cast<double>(stiff) / static_cast<double>(soft),
                   modulus[at] < modulus[other] ? other : at);
@@ -261,6 +279,12 @@ Warnings diagnose(const Scene& scene) {
   if (scene.energy->is_of_cells()) { // the rest is about sweeps and levels of energies of sites
     check_conflicts(scene, warnings);
     check_elastic_cycles(scene, warnings);
+    return warnings;
+  }
+  if (scene.extent().depth > 1) { // nor does what is derived for the neighbours of an image hold in a volume
+    for (const auto check : {check_conflicts, check_offset, check_rest_candidate}) {
+      check(scene, warnings);
+    }
     return warnings;
   }
   for (const Component& component : components(scene)) {

@@ -3,40 +3,37 @@
 #include "harness/scene/sites.hpp"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 namespace hdmbench {
 
 namespace {
 
-/// How a displacement changes, pixels per pixel: xy is that of its x component along y.
-struct Gradient {
-  double xx = 0.0;
-  double xy = 0.0;
-  double yx = 0.0;
-  double yy = 0.0;
-
-  /// det(I + grad d): the area that a pixel takes, relative to before; below 0 where it is turned over.
-  [[nodiscard]] double area_ratio() const { return (1.0 + xx) * (1.0 + yy) - xy * yx; }
-};
-
-/// At (r, s), each -1 ... 1, of the cell whose first corner is site (x, y), between whose four sites the
-/// displacement is bilinear. Not rounded at a corner.
-Gradient gradient_in_cell(const VectorField& displacement, int x, int y, double r, double s) {
+/// det(I + grad d) at a corner of a cell between sites, from the differences along the three edges of the
+/// cell that meet there (of an image: two): the area or volume that a site takes, relative to before; below 0
+/// where it is turned over. `beyond`: bit i is set where the corner is the far one along axis i.
+double content_ratio(const VectorField& displacement, std::size_t corner, unsigned beyond) {
   const Extent extent = displacement.extent;
-  const auto along = [](const std::vector<float>& of, std::size_t first, std::size_t step, std::size_t across,
-                        double place) {
-    const auto difference = [&](std::size_t from) {
-      return static_cast<double>(of[from + step]) - static_cast<double>(of[from]);
-    };
-    return 0.5 * ((1.0 - place) * difference(first) + (1.0 + place) * difference(first + across));
-  };
-  const std::size_t first = extent.index(x, y);
-  const auto row = static_cast<std::size_t>(extent.width);
-  return {.xx = along(displacement[0], first, 1, row, s),
-          .xy = along(displacement[0], first, row, 1, r),
-          .yx = along(displacement[1], first, 1, row, s),
-          .yy = along(displacement[1], first, row, 1, r)};
+  const std::array<std::size_t, 3> strides{1, extent.index(0, 1), extent.index(0, 0, 1)};
+  std::array<std::array<double, 3>, 3> f{{{1, 0, 0}, {0, 1, 0}, {0, 0, 1}}};
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    const std::size_t from = (beyond >> axis & 1U) != 0 ? corner - strides[axis] : corner;
+    for (std::size_t component = 0; component < extent.axes(); ++component) {
+      const std::vector<float>& values = displacement[component];
+      f[component][axis] += double{values[from + strides[axis]]} - double{values[from]};
+    }
+  }
+  const double in_plane = f[0][0] * f[1][1] - f[0][1] * f[1][0];
+  return extent.axes() == 2 ? in_plane
+                            : f[2][2] * in_plane + f[2][0] * (f[0][1] * f[1][2] - f[0][2] * f[1][1]) -
+                                  f[2][1] * (f[0][0] * f[1][2] - f[0][2] * f[1][0]);
+}
+
+/// The site of a cell's corner, whose number has a bit an axis.
+std::size_t corner_of(Extent extent, unsigned corner, int x, int y, int z) {
+  const auto bit = [corner](unsigned axis) { return static_cast<int>(corner >> axis & 1U); };
+  return extent.index(x + bit(0), y + bit(1), z + bit(2));
 }
 
 } // namespace
@@ -46,36 +43,27 @@ ScalarField least_area_ratios(const VectorField& displacement) {
   if (extent.width < 2 || extent.height < 2) {
     return {};
   }
-  ScalarField ratios({extent.width - 1, extent.height - 1});
-  for (int y = 0; y + 1 < extent.height; ++y) {
-    for (int x = 0; x + 1 < extent.width; ++x) {
-      double least = 0.0;
-      for (const int corner : {0, 1, 2, 3}) {
-        const double ratio =
-            gradient_in_cell(displacement, x, y, corner % 2 == 0 ? -1.0 : 1.0, corner / 2 == 0 ? -1.0 : 1.0)
-                .area_ratio();
-        least = corner == 0 ? ratio : std::min(least, ratio);
-      }
-      ratios.values[ratios.extent.index(x, y)] = static_cast<float>(least);
+  ScalarField ratios({extent.width - 1, extent.height - 1, std::max(1, extent.depth - 1)});
+  for_each_site(ratios.extent, [&](int x, int y, int z) {
+    double least = std::numeric_limits<double>::infinity();
+    for (unsigned corner = 0; corner < 1U << extent.axes(); ++corner) {
+      least = std::min(least, content_ratio(displacement, corner_of(extent, corner, x, y, z), corner));
     }
-  }
+    ratios.values[ratios.extent.index(x, y, z)] = static_cast<float>(least);
+  });
   return ratios;
 }
 
 ScalarField area_change_map(const VectorField& displacement) {
+  const Extent extent = displacement.extent;
   const ScalarField ratios = least_area_ratios(displacement);
-  ScalarField map(displacement.extent);
-  if (ratios.values.empty()) {
-    return map;
-  }
-  for_each_site(map.extent, [&](int x, int y) {
-    float least = std::numeric_limits<float>::infinity();
-    for (int cell_y = std::max(0, y - 1); cell_y <= std::min(y, ratios.extent.height - 1); ++cell_y) {
-      for (int cell_x = std::max(0, x - 1); cell_x <= std::min(x, ratios.extent.width - 1); ++cell_x) {
-        least = std::min(least, ratios.values[ratios.extent.index(cell_x, cell_y)]);
-      }
+  ScalarField map(extent, ratios.values.empty() ? 0.0F : std::numeric_limits<float>::infinity());
+  for_each_site(ratios.extent, [&](int x, int y, int z) {
+    const float change = ratios.values[ratios.extent.index(x, y, z)] - 1.0F;
+    for (unsigned corner = 0; corner < 1U << extent.axes(); ++corner) {
+      float& least = map.values[corner_of(extent, corner, x, y, z)];
+      least = std::min(least, change);
     }
-    map.values[map.extent.index(x, y)] = least - 1.0F;
   });
   return map;
 }

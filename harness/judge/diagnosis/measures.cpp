@@ -19,21 +19,22 @@ void Range::include(double value) {
   any = true;
 }
 
-std::array<Component, 2> components(const Scene& scene) {
+std::vector<Component> components(const Scene& scene) {
   const Level& full = scene.full;
-  const auto component = [&](char name, std::size_t axis, int thickness) {
-    Component result{name, axis, thickness, full.target[axis], full.confidence[axis], {}};
+  std::vector<Component> all;
+  for (std::size_t axis = 0; axis < full.extent.axes(); ++axis) {
+    Component& one = all.emplace_back(Component{
+        "xyz"[axis], axis, full.extent.sides()[axis], full.target[axis], full.confidence[axis], {}});
     if (scene.start) {
-      result.start = (*scene.start)[axis];
+      one.start = (*scene.start)[axis];
     }
-    for (std::size_t i = 0; i < result.target.size(); ++i) {
-      if (result.confidence[i] > 0.0F) {
-        result.known.include(static_cast<double>(result.target[i]));
+    for (std::size_t i = 0; i < one.target.size(); ++i) {
+      if (one.confidence[i] > 0.0F) {
+        one.known.include(static_cast<double>(one.target[i]));
       }
     }
-    return result;
-  };
-  return {component('x', 0, full.extent.width), component('y', 1, full.extent.height)};
+  }
+  return all;
 }
 
 StepSizes step_sizes(const StepSet& steps) {
@@ -54,8 +55,10 @@ double quantum(const Scene& scene) {
 }
 
 std::string place(Extent extent, std::size_t site) {
-  const auto width = static_cast<std::size_t>(extent.width);
-  return fmt::format("x = {}, y = {}", site % width, site / width);
+  const std::size_t row = extent.index(0, 1);
+  const std::size_t slice = row * static_cast<std::size_t>(extent.height);
+  return fmt::format("x = {}, y = {}", site % row, site % slice / row) +
+         (extent.axes() == 3 ? fmt::format(", z = {}", site / slice) : "");
 }
 
 std::vector<float> distance_to_nearest(Extent extent, std::span<const float> counted, float diagonal) {
@@ -97,11 +100,15 @@ double squared_sum(const std::vector<float>& values) {
 template <typename AtSite>
 VectorField everywhere(const AtSite& at_site, const Level& level, const VectorField& displacement) {
   VectorField result(level.extent);
-  for_each_site(level.extent, [&](int x, int y) {
-    const auto [of_x, of_y] = at_site(level, displacement, x, y);
-    result[0][level.extent.index(x, y)] = static_cast<float>(of_x);
-    result[1][level.extent.index(x, y)] = static_cast<float>(of_y);
-  });
+  const Extent extent = level.extent;
+  for (int row = 0; row < extent.rows(); ++row) {
+    for (int x = 0; x < extent.width; ++x) {
+      const auto found = at_site(level, displacement, x, row % extent.height, row / extent.height);
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        result[axis][extent.index(x, row)] = static_cast<float>(found[axis]);
+      }
+    }
+  }
   return result;
 }
 

@@ -5,7 +5,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -55,7 +54,7 @@ struct Range {
 
 /// One component of a scene at full resolution.
 struct Component {
-  char name;        ///< 'x' or 'y'
+  char name;        ///< 'x', 'y' or 'z'
   std::size_t axis; ///< of any field
   int thickness;    ///< sites across the image in its direction
   std::span<const float> target;
@@ -67,7 +66,7 @@ struct Component {
     return start.empty() ? 0.0 : static_cast<double>(start[site]);
   }
 };
-[[nodiscard]] std::array<Component, 2> components(const Scene& scene);
+[[nodiscard]] std::vector<Component> components(const Scene& scene);
 
 /// The smallest candidate that moves and the largest, pixels, without sign; 0 where 0 is the only one.
 struct StepSizes {
@@ -80,7 +79,7 @@ struct StepSizes {
 /// has candidates, else 0.
 [[nodiscard]] double quantum(const Scene& scene);
 
-/// "x = 3, y = 4".
+/// "x = 3, y = 4", in a volume also z.
 [[nodiscard]] std::string place(Extent extent, std::size_t site);
 
 /// Distance to the nearest counted site (a value > 0) in sites along a path of straight steps and of diagonal

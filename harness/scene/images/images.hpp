@@ -106,9 +106,9 @@ void write_labels(const std::filesystem::path& file, const LabelField& labels, d
 /// target and renamed.
 void write_png(const std::filesystem::path& file, const ScalarField& picture);
 
-/// 8-bit colour PNG of |displacement|, black = 0 ... light yellow = `largest` pixels and beyond, brighter all
-/// the way. Written beside the target and renamed.
-void write_magnitude_png(const std::filesystem::path& file, const VectorField& displacement, double largest);
+/// 8-bit colour PNG of how far each site moved, black = 0 ... light yellow = `largest` and beyond, brighter
+/// all the way. Written beside the target and renamed.
+void write_magnitude_png(const std::filesystem::path& file, const ScalarField& magnitude, double largest);
 
 /// 8-bit colour PNG of one signed value per site in raster order: blue = -`largest` and beyond, white = 0,
 /// red = `largest`. With a `picture` (gray values 0 ... 255) they are painted over it, in place of white.
@@ -116,11 +116,41 @@ void write_magnitude_png(const std::filesystem::path& file, const VectorField& d
 void write_signed_png(const std::filesystem::path& file, Extent extent, std::span<const float> values,
                       double largest, const ScalarField& picture = {});
 
+/// The sites of a volume whose coordinate along `axis` is `at`. An image has one plane, {2, 0}.
+struct Plane {
+  std::size_t axis = 2;
+  int at = 0;
+};
+/// The other two axes, in their order, of a volume of this extent.
+[[nodiscard]] Extent extent_of(const Plane& plane, Extent extent);
+[[nodiscard]] ScalarField slice_of(const ScalarField& field, const Plane& plane);
+/// The two components in the plane.
+[[nodiscard]] VectorField slice_of(const VectorField& field, const Plane& plane);
+/// Across z, y and x, through the site that moves farthest, or the middle where none moves; of an image its
+/// only one.
+[[nodiscard]] std::vector<Plane> planes_to_show(const VectorField& displacement);
+/// Pictures in a row, 0 below those that are not as high.
+[[nodiscard]] ScalarField side_by_side(std::span<const ScalarField> pictures);
+
+/// How far each site moves. Throws InputError where the displacement is not finite.
+[[nodiscard]] ScalarField magnitude_of(const VectorField& displacement);
+
 /// The picture after the deformation: the gray value at site s moves to s + d_s, linear between sites; the
-/// mean where the field folds over itself, 0 where nothing arrives. The time grows with the area that pixels
+/// mean where the field folds over itself, 0 where nothing arrives. Of a volume only one `plane` where that
+/// is given, into which values also come from the sites beside it. The time grows with the area that pixels
 /// are stretched to. Throws InputError where the displacement is not finite or of another extent. Needs no
 /// ITK.
-[[nodiscard]] ScalarField warp(const ScalarField& picture, const VectorField& displacement);
+[[nodiscard]] ScalarField warp(const ScalarField& picture, const VectorField& displacement,
+                               std::optional<Plane> plane = {});
+
+/// A volume before and after its deformation, at all sites or evenly at so many that there are at most
+/// 300,000: the slices across z, those of before and then those of after, row by row in one picture that is
+/// about as high as wide.
+struct ContactSheet {
+  ScalarField picture;
+  Extent volume; ///< of the sites shown
+};
+[[nodiscard]] ContactSheet contact_sheet(const ScalarField& picture, const VectorField& displacement);
 
 /// Pixels between the lines of a grid, so that about thirty of them go across; at least 2.
 [[nodiscard]] int grid_spacing(Extent extent);

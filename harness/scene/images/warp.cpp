@@ -7,48 +7,140 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <span>
 
 namespace hdmbench {
 
 namespace {
 
+using Point = std::array<double, 3>; ///< in sites; of an image z is 0
+
 /// Where a corner of the lattice lands, and its gray value.
 struct Corner {
-  double x, y, value;
+  Point at{};
+  double value = 0.0;
 };
 
-/// Sum and number of the gray values that arrived at a pixel: a mean where tissue overlaps or triangles share
-/// an edge.
-struct Arrivals {
-  explicit Arrivals(Extent extent_) : extent(extent_), sum(extent_.sites()), count(extent_.sites()) {}
+Point difference(const Point& a, const Point& b) {
+  return {a[0] - b[0], a[1] - b[1], a[2] - b[2]};
+}
 
-  Extent extent;
+Point cross(const Point& a, const Point& b) {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+
+double dot(const Point& a, const Point& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/// A box of sites from `first` to `last`, and the sum and number of the gray values that arrived at each: a
+/// mean where tissue overlaps or simplices share an edge.
+struct Arrivals {
+  Arrivals(const std::array<int, 3>& first_, const std::array<int, 3>& last_)
+      : first(first_),
+        last(last_), box{last[0] - first[0] + 1, last[1] - first[1] + 1, last[2] - first[2] + 1},
+        sum(box.sites()), count(box.sites()) {}
+
+  std::array<int, 3> first, last;
+  Extent box;
   std::vector<double> sum;
   std::vector<int> count;
 };
 
-/// Adds a linearly shaded triangle to all pixels whose centres it covers, its edges included.
-void add_triangle(Arrivals& arrivals, const Corner& a, const Corner& b, const Corner& c) {
-  const double twice_area = (b.x - a.x) * (c.y - a.y) - (c.x - a.x) * (b.y - a.y);
-  if (twice_area == 0.0) {
+/// Adds a linearly shaded tetrahedron to all sites that it covers, its faces included; of an image a
+/// triangle, its first three corners, to all that it covers at z = 0, where the fourth is at z = 1.
+void add_simplex(Arrivals& arrivals, const std::array<Corner, 4>& corners) {
+  std::array<int, 3> first{};
+  std::array<int, 3> last{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const auto [least, most] =
+        std::minmax({corners[0].at[axis], corners[1].at[axis], corners[2].at[axis], corners[3].at[axis]});
+    if (!(most >= arrivals.first[axis] && least <= arrivals.last[axis])) {
+      return;
+    }
+    first[axis] = static_cast<int>(std::max(std::ceil(least), double(arrivals.first[axis])));
+    last[axis] = static_cast<int>(std::min(std::floor(most), double(arrivals.last[axis])));
+  }
+  const Point b = difference(corners[1].at, corners[0].at);
+  const Point c = difference(corners[2].at, corners[0].at);
+  const Point d = difference(corners[3].at, corners[0].at);
+  const std::array<Point, 3> normals{cross(c, d), cross(d, b), cross(b, c)};
+  const double content = dot(b, normals[0]);
+  if (content == 0.0) {
     return;
   }
-  const auto [left, right] = std::minmax({a.x, b.x, c.x});
-  const auto [top, bottom] = std::minmax({a.y, b.y, c.y});
-  const double last_x = std::min(std::floor(right), arrivals.extent.width - 1.0);
-  const double last_y = std::min(std::floor(bottom), arrivals.extent.height - 1.0);
   // Rounding must not open cracks between neighbours.
   constexpr double outside = -1e-9;
-  for (double y = std::max(std::ceil(top), 0.0); y <= last_y; ++y) {
-    for (double x = std::max(std::ceil(left), 0.0); x <= last_x; ++x) {
-      const double weight_b = ((x - a.x) * (c.y - a.y) - (c.x - a.x) * (y - a.y)) / twice_area;
-      const double weight_c = ((b.x - a.x) * (y - a.y) - (x - a.x) * (b.y - a.y)) / twice_area;
-      const double weight_a = 1.0 - weight_b - weight_c;
-      if (weight_a >= outside && weight_b >= outside && weight_c >= outside) {
-        const std::size_t site = arrivals.extent.index(static_cast<int>(x), static_cast<int>(y));
-        arrivals.sum[site] += weight_a * a.value + weight_b * b.value + weight_c * c.value;
-        ++arrivals.count[site];
+  for (int z = first[2]; z <= last[2]; ++z) {
+    for (int y = first[1]; y <= last[1]; ++y) {
+      for (int x = first[0]; x <= last[0]; ++x) {
+        const Point way = difference({double(x), double(y), double(z)}, corners[0].at);
+        const Point weights{dot(way, normals[0]) / content, dot(way, normals[1]) / content,
+                            dot(way, normals[2]) / content};
+        const double rest = 1.0 - weights[0] - weights[1] - weights[2];
+        if (rest >= outside &&
+            std::ranges::all_of(weights, [](double weight) { return weight >= outside; })) {
+          const std::size_t site =
+              arrivals.box.index(x - arrivals.first[0], y - arrivals.first[1], z - arrivals.first[2]);
+          arrivals.sum[site] += rest * corners[0].value + weights[0] * corners[1].value +
+                                weights[1] * corners[2].value + weights[2] * corners[3].value;
+          ++arrivals.count[site];
+        }
+      }
+    }
+  }
+}
+
+/// The corners, numbered x + 2 y + 4 z, of the simplices that a cell is cut into.
+constexpr std::array<std::array<std::size_t, 4>, 2> triangles{{{0, 1, 2, 4}, {1, 3, 2, 5}}};
+constexpr std::array<std::array<std::size_t, 4>, 6> tetrahedra{
+    {{0, 1, 3, 7}, {0, 1, 5, 7}, {0, 2, 3, 7}, {0, 2, 6, 7}, {0, 4, 5, 7}, {0, 4, 6, 7}}};
+
+/// Lets the cells arrive that may reach the box.
+void add_cells(Arrivals& arrivals, const ScalarField& picture, const VectorField& displacement) {
+  const Extent extent = picture.extent;
+  const std::array<int, 3> sides = extent.sides();
+  const std::size_t axes = extent.axes();
+  // The lattice of sites and one corner more on every side, half a site out, so that sites of the border keep
+  // their size.
+  const auto corner = [&](const std::array<int, 3>& place) {
+    std::array<int, 3> near{};
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      near[axis] = std::clamp(place[axis], 0, sides[axis] - 1);
+    }
+    const std::size_t site = extent.index(near[0], near[1], near[2]);
+    Corner result{.at = {0.0, 0.0, double(place[2])}, .value = double{picture.values[site]}};
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      result.at[axis] =
+          std::clamp(double(place[axis]), -0.5, sides[axis] - 0.5) + double{displacement[axis][site]};
+    }
+    return result;
+  };
+  std::array<int, 3> from{};
+  std::array<int, 3> to{};
+  for (std::size_t axis = 0; axis < axes; ++axis) {
+    const auto [least, most] = std::ranges::minmax(displacement[axis]);
+    const double last = sides[axis] - 1.0;
+    from[axis] =
+        static_cast<int>(std::clamp(std::floor(arrivals.first[axis] - double{most}) - 1.0, -1.0, last));
+    to[axis] = static_cast<int>(std::clamp(std::ceil(arrivals.last[axis] - double{least}), -1.0, last));
+  }
+  std::span<const std::array<std::size_t, 4>> simplices = triangles;
+  if (axes == 3) {
+    simplices = tetrahedra;
+  }
+  for (int z = from[2]; z <= to[2]; ++z) {
+    for (int y = from[1]; y <= to[1]; ++y) {
+      for (int x = from[0]; x <= to[0]; ++x) {
+        std::array<Corner, 8> corners{};
+        for (int i = 0; i < 8; ++i) {
+          corners[static_cast<std::size_t>(i)] = corner({x + i % 2, y + i / 2 % 2, z + i / 4});
+        }
+        for (const auto& [a, b, c, d] : simplices) {
+          add_simplex(arrivals, {corners[a], corners[b], corners[c], corners[d]});
+        }
       }
     }
   }
@@ -56,40 +148,26 @@ void add_triangle(Arrivals& arrivals, const Corner& a, const Corner& b, const Co
 
 } // namespace
 
-ScalarField warp(const ScalarField& picture, const VectorField& displacement) {
+ScalarField warp(const ScalarField& picture, const VectorField& displacement, std::optional<Plane> plane) {
   validate(displacement, picture.extent, "the displacement that warps the picture");
-  const Extent extent = picture.extent;
-  // The lattice of sites and one corner more on every side, half a pixel out, so that border pixels keep
-  // their area.
-  const auto corner = [&](int column, int row) {
-    const std::size_t site =
-        extent.index(std::clamp(column, 0, extent.width - 1), std::clamp(row, 0, extent.height - 1));
-    return Corner{std::clamp(double(column), -0.5, extent.width - 0.5) + double{displacement[0][site]},
-                  std::clamp(double(row), -0.5, extent.height - 0.5) + double{displacement[1][site]},
-                  double{picture.values[site]}};
-  };
-  Arrivals arrivals(extent);
-  for (int row = -1; row < extent.height; ++row) {
-    for (int column = -1; column < extent.width; ++column) {
-      const Corner a = corner(column, row);
-      const Corner b = corner(column + 1, row);
-      const Corner c = corner(column, row + 1);
-      const Corner d = corner(column + 1, row + 1);
-      add_triangle(arrivals, a, b, c);
-      add_triangle(arrivals, b, d, c);
-    }
+  std::array<int, 3> first{};
+  std::array<int, 3> last = picture.extent.sides();
+  std::ranges::transform(last, last.begin(), [](int side) { return side - 1; });
+  if (plane) {
+    first[plane->axis] = last[plane->axis] = plane->at;
   }
-  ScalarField warped(extent);
-  for (std::size_t site = 0; site < extent.sites(); ++site) {
-    if (arrivals.count[site] > 0) {
-      warped.values[site] = static_cast<float>(arrivals.sum[site] / arrivals.count[site]);
-    }
-  }
+  Arrivals arrivals(first, last);
+  add_cells(arrivals, picture, displacement);
+  ScalarField warped(plane ? extent_of(*plane, picture.extent) : picture.extent);
+  std::ranges::transform(arrivals.sum, arrivals.count, warped.values.begin(), [](double sum, int count) {
+    return count > 0 ? static_cast<float>(sum / count) : 0.0F;
+  });
   return warped;
 }
 
 int grid_spacing(Extent extent) {
-  return std::max(2, std::min(extent.width, extent.height) / 30);
+  const int shorter = std::min(extent.width, extent.height);
+  return std::max(2, (extent.axes() == 3 ? std::min(shorter, extent.depth) : shorter) / 30);
 }
 
 ScalarField grid_picture(Extent extent, int every) {

@@ -122,11 +122,10 @@ void write_png(const std::filesystem::path& file, const ScalarField& picture) {
   images::write_pixels(file, geometry_of(file, picture.extent, 1, 1.0, {}), bytes);
 }
 
-void write_magnitude_png(const std::filesystem::path& file, const VectorField& displacement, double largest) {
-  validate(displacement, displacement.extent, "the displacement to write");
-  write_colours(file, displacement.extent, [&](std::size_t site) {
-    const double magnitude = std::hypot(displacement[0][site], displacement[1][site]);
-    return colour_of(magnitude > 0.0 ? magnitude / largest : 0.0);
+void write_magnitude_png(const std::filesystem::path& file, const ScalarField& magnitude, double largest) {
+  write_colours(file, magnitude.extent, [&](std::size_t site) {
+    const double length = magnitude.values[site];
+    return colour_of(length > 0.0 ? length / largest : 0.0);
   });
 }
 
