@@ -9,6 +9,7 @@
 
 #include <shaders/coarse_levels_vulkan.hpp>
 #include <shaders/elastic_coarse_vulkan.hpp>
+#include <shaders/elastic_volume_vulkan.hpp>
 #include <shaders/elastic_vulkan.hpp>
 #include <shaders/passes_fragment.hpp>
 #include <shaders/quad_vertex.hpp>
@@ -85,6 +86,9 @@ TEST(Shaders, AreStrictGlsl) {
                                      {"BY_LIST", !is_image},
                                      {"LANES", 16},
                                      {"ROWS", 4}}});
+      kinds.push_back(kinds.back());
+      kinds.back().kernel = Kernel::elastic_volume;
+      kinds.back().constants.push_back({"COLUMNS", 2});
     }
   }
   for (const ProgramKind& kind : kinds) {
@@ -126,8 +130,8 @@ Arithmetic count_arithmetic(std::span<const std::uint32_t> words) {
 TEST(Shaders, VulkanMayNotContractAnyFloatOperation) {
   for (const std::span<const std::uint32_t> shader :
        {std::span<const std::uint32_t>(sweep_vulkan), std::span<const std::uint32_t>(coarse_levels_vulkan),
-        std::span<const std::uint32_t>(elastic_vulkan),
-        std::span<const std::uint32_t>(elastic_coarse_vulkan)}) {
+        std::span<const std::uint32_t>(elastic_vulkan), std::span<const std::uint32_t>(elastic_coarse_vulkan),
+        std::span<const std::uint32_t>(elastic_volume_vulkan)}) {
     const Arithmetic found = count_arithmetic(shader);
     EXPECT_GT(found.operations, 30);
     EXPECT_EQ(found.contractible, 0);

@@ -354,10 +354,10 @@ private:
   }
 
   [[nodiscard]] VolumeShape volume_shape() const {
-    const bool is_software_gl = is_software() && !has_planes();
-    const int lanes =
-        has_planes() ? shapes_for(device_).sweep.invocations() : elastic_shape(is_software()).lanes;
-    return {.lanes = lanes, .rows = 16, .columns = has_planes() && lanes == 1 ? 64 : is_software_gl ? 2 : 1};
+    const ElasticShape shape = elastic_shape(is_software());
+    const int lanes = has_planes() ? shapes_for(device_).sweep.invocations() : shape.lanes;
+    const int columns = !is_software() ? 1 : has_planes() && lanes == 1 ? 64 : ELASTIC_COLUMNS;
+    return {.lanes = lanes, .rows = shape.rows, .columns = columns};
   }
 
   Dispatch volume_dispatch(ElasticCall call, bool by_list) {
