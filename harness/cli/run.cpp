@@ -45,11 +45,16 @@ struct Arguments {
   }
 };
 
+/// Whether an extent is one of those that are drawn and diagnosed: volumes are not, yet.
+bool has_pictures(Extent extent) {
+  return is_inspected(extent) && extent.axes() == 2;
+}
+
 constexpr std::array picture_names{"before", "after", "grid", "magnitude", "jacobian"};
 /// What goes to the output folder: the field, then the pictures.
 std::vector<std::string> file_names(const Scene& scene) {
   std::vector<std::string> names{scene.name + ".nrrd"};
-  for (std::size_t i = 0; is_inspected(scene.extent()) && i < picture_names.size(); ++i) {
+  for (std::size_t i = 0; has_pictures(scene.extent()) && i < picture_names.size(); ++i) {
     names.push_back(fmt::format("{}-{}.png", scene.name, picture_names.at(i)));
   }
   return names;
@@ -73,11 +78,11 @@ void print_levels(const Solution& solution, bool counted) {
   bool repeated = false;
   for (const LevelResult& level : solution.levels) {
     repeated = repeated || level.repeated;
-    rows.push_back({{"level", level.level},
-                    {"width", level.extent.width},
-                    {"height", level.extent.height},
-                    {"iterations", fmt::format("{}{}", level.iterations, level.repeated ? " *" : "")},
-                    {"moving", counted ? json(level.changed) : json()}});
+    rows.push_back(
+        with_size({{"level", level.level},
+                   {"iterations", fmt::format("{}{}", level.iterations, level.repeated ? " *" : "")},
+                   {"moving", counted ? json(level.changed) : json()}},
+                  level.extent));
   }
   fmt::print("{}{}", table_text(rows, "level|size|iterations|moving:sites still moving"),
              repeated ? "  * acceleration diverged, computed again without\n" : "");
@@ -187,13 +192,12 @@ json plan_row(const Scene& scene, const Request& request, const Plan& plan) {
            {"asked_seconds", request.seconds},
            {"estimated_px", plan.solution.estimated_error}};
   for (const PlanStep& step : plan.steps) {
-    row["steps"].push_back({{"width", step.extent.width},
-                            {"height", step.extent.height},
-                            {"action", step.action},
-                            {"reason", step.reason},
-                            {"moved", step.moved},
-                            {"seconds", step.seconds},
-                            {"expected_error", step.expected_error}});
+    row["steps"].push_back(with_size({{"action", step.action},
+                                      {"reason", step.reason},
+                                      {"moved", step.moved},
+                                      {"seconds", step.seconds},
+                                      {"expected_error", step.expected_error}},
+                                     step.extent));
   }
   return row;
 }
@@ -201,7 +205,7 @@ json plan_row(const Scene& scene, const Request& request, const Plan& plan) {
 /// Of the scene and of its field; a plan that was met has its error, by a method of its own.
 Warnings find_warnings(const Scene& scene, const Solution& solution, const std::optional<Plan>& plan) {
   Warnings warnings;
-  if (is_inspected(scene.extent())) {
+  if (has_pictures(scene.extent())) {
     warnings = diagnose(scene);
     std::ranges::move(diagnose(scene, solution), std::back_inserter(warnings));
   }
@@ -221,7 +225,7 @@ void write_files(const Arguments& arguments, const Call& call, const Scene& scen
   std::vector<std::string> names = file_names(scene);
   write_displacement(arguments.output / names[0], displacement, scene.spacing, scene.placement);
   fmt::print("  {}: the displacement in millimetres\n", (arguments.output / names[0]).string());
-  const bool inspected = is_inspected(scene.extent());
+  const bool inspected = has_pictures(scene.extent());
   if (inspected) {
     write_pictures(scene, displacement, arguments.output, names);
     fmt::print("  beside it {}, {}, {}, {} and {}\n", names[1], names[2], names[3], names[4], names[5]);
@@ -245,7 +249,7 @@ int run_scene(Arguments& arguments, Call& call) {
   progress.describe(fmt::format("prepare {}", arguments.scene.scene));
   const Scene scene = load_for(arguments);
   const Request request = arguments.request(scene.spacing);
-  const bool inspected = is_inspected(scene.extent());
+  const bool inspected = has_pictures(scene.extent());
   const auto registry = make_backends();
   SessionOptions session = arguments.scene.session;
   std::optional<RankBackend> shared;
@@ -284,25 +288,25 @@ int run_scene(Arguments& arguments, Call& call) {
                                        : std::numeric_limits<double>::quiet_NaN();
   const double largest = largest_magnitude(solution.displacement);
   const std::int64_t iterations = total_iterations(solution.levels);
-  json row{{"scene", scene.name},
-           {"title", scene.title},
-           {"width", scene.extent().width},
-           {"height", scene.extent().height},
-           {"backend", shared ? shared->backends() : std::string(backend.name())},
-           {"device", device.name},
-           {"method", method},
-           {"energy", scene.energy->name},
-           {"seconds", solution.timings.total()},
-           {"levels", solution.levels.size()},
-           {"iterations", iterations},
-           {"mean_energy", energy},
-           {"largest_displacement", largest},
-           {"spacing", scene.spacing},
-           {"placement", scene.placement},
-           {"warnings", warnings},
-           {"field", ""}};
-  fmt::print("{}\n{} x {} pixels of {:.4g} mm, {} on {} ({})\n\n", scene.title, scene.extent().width,
-             scene.extent().height, scene.spacing, method, backend.name(), device.name);
+  json row = with_size({{"scene", scene.name},
+                        {"title", scene.title},
+                        {"backend", shared ? shared->backends() : std::string(backend.name())},
+                        {"device", device.name},
+                        {"method", method},
+                        {"energy", scene.energy->name},
+                        {"seconds", solution.timings.total()},
+                        {"levels", solution.levels.size()},
+                        {"iterations", iterations},
+                        {"mean_energy", energy},
+                        {"largest_displacement", largest},
+                        {"spacing", scene.spacing},
+                        {"placement", scene.placement},
+                        {"warnings", warnings},
+                        {"field", ""}},
+                       scene.extent());
+  fmt::print("{}\n{} {} of {:.4g} mm, {} on {} ({})\n\n", scene.title, scene.extent().text(),
+             scene.extent().axes() == 3 ? "voxels" : "pixels", scene.spacing, method, backend.name(),
+             device.name);
   if (plan) {
     row["plan"] = plan_row(scene, request, *plan);
     if (arguments.explain) {
@@ -330,8 +334,9 @@ int run_scene(Arguments& arguments, Call& call) {
         "  NO RESULT: {}; look for extreme moduli, targets or a huge --penalty, or take another --method\n",
         absurd);
   }
-  fmt::print("\n{}\n", inspected
-                           ? warnings_text(warnings)
+  fmt::print("\n{}\n", inspected ? warnings_text(warnings)
+                       : scene.extent().axes() == 3
+                           ? "  Not diagnosed, and no pictures: that is for images, and this is a volume.\n"
                            : "  Not diagnosed, and no pictures: beyond 4096 x 4096 sites that takes more "
                              "time and memory than the solution.\n");
   write_files(arguments, call, scene, solution.displacement, row);

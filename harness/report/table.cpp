@@ -77,7 +77,8 @@ json value_of(const json& row, std::string_view key) {
     return row.at(place);
   }
   return key == "size" && row.contains("width") && row.contains("height")
-             ? json(cell(row["width"]) + " x " + cell(row["height"]))
+             ? json(cell(row["width"]) + " x " + cell(row["height"]) +
+                    (row.contains("depth") ? " x " + cell(row["depth"]) : ""))
              : json();
 }
 

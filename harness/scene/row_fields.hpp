@@ -1,6 +1,7 @@
 #pragma once
 
 #include "harness/scene/placement.hpp"
+#include "kernels/data/field.hpp"
 
 #include <nlohmann/json.hpp>
 
@@ -28,6 +29,15 @@ namespace hdmbench {
 /// "direction" has the unit vectors along rows, along columns and through slices.
 inline void to_json(nlohmann::json& written, const Placement& placement) {
   written = {{"origin", placement.origin}, {"direction", placement.axes}, {"thickness", placement.thickness}};
+}
+
+/// The row with its "width", "height" and, of a volume, "depth": how all rows tell a size.
+[[nodiscard]] inline nlohmann::json with_size(nlohmann::json row, Extent extent) {
+  row.update({{"width", extent.width}, {"height", extent.height}});
+  if (extent.depth > 1) {
+    row["depth"] = extent.depth;
+  }
+  return row;
 }
 
 /// Without the members of objects that are null, at any depth. As deep as our own documents, so recursion
