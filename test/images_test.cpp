@@ -129,6 +129,79 @@ TEST_F(ImageFiles, DisplacementsComeBackFromAnywhereInSpace) {
   EXPECT_EQ(files().size(), 2U);
 }
 
+TEST_F(ImageFiles, VolumesComeBackToTheBitWithTheirPlace) {
+  const double c = std::cos(0.2);
+  const double s = std::sin(0.2);
+  const Placement oblique{.origin = {-70.0, 33.0, 5.5},
+                          .axes = {{{c, 0.0, s}, {0.0, -1.0, 0.0}, {s, 0.0, -c}}}};
+  const Extent extent{4, 3, 2};
+  VectorField field(extent);
+  LabelField labels{extent, std::vector<int>(extent.sites())};
+  for (std::size_t site = 0; site < extent.sites(); ++site) {
+    labels.values[site] = static_cast<int>(site);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      field[axis][site] = 0.1F * static_cast<float>(site) - static_cast<float>(axis);
+    }
+  }
+  for (const auto* name : {"v.nrrd", "v.mha"}) {
+    SCOPED_TRACE(name);
+    write_vector(path(name), field, 0.74, oblique);
+    const auto vectors = read_vector(path(name), {.takes_volumes = true});
+    EXPECT_EQ(vectors.pixels.extent, extent);
+    EXPECT_EQ(vectors.pixels.planes, field.planes);
+    EXPECT_DOUBLE_EQ(vectors.spacing, 0.74);
+    write_labels(path(name), labels, 0.74, oblique);
+    EXPECT_EQ(read_labels(path(name), {.takes_volumes = true}).pixels.values, labels.values);
+    expect_refusal([&] { (void)read_labels(path(name)); }, "choose one of its slices 0 ... 1");
+    write_displacement(path(name), field, 0.74, oblique);
+    // Physical vectors: along the space's second axis, against which the rows follow each other.
+    const auto millimetres = read_vector(path(name), {.takes_volumes = true});
+    EXPECT_FLOAT_EQ(millimetres.pixels[1][7], -0.74F * field[1][7]);
+    EXPECT_EQ(millimetres.placement.thickness, 0.0);
+    const auto read = read_displacement(path(name), true);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      EXPECT_NEAR(read.placement.origin[axis], oblique.origin[axis], 1e-12);
+      for (std::size_t i = 0; i < 3; ++i) {
+        EXPECT_NEAR(read.placement.axes[axis][i], oblique.axes[axis][i], 1e-12);
+      }
+      for (std::size_t site = 0; site < extent.sites(); ++site) {
+        EXPECT_NEAR(read.pixels[axis][site], field[axis][site], 1e-6);
+      }
+    }
+  }
+}
+
+TEST_F(ImageFiles, VolumesAreResampledAndRefused) {
+  const auto read = [](const fs::path& file, std::optional<Extent> size = {}) {
+    return read_labels(file, {.size = size, .takes_volumes = true});
+  };
+  const auto file = write_nrrd("a.nrrd", "uchar", "2 2 2", "1 2 3 4 5 6 7 8");
+  const auto doubled = read(file, Extent{4, 4, 8});
+  EXPECT_EQ(doubled.spacing, 0.5);
+  EXPECT_TRUE(doubled.padded);
+  EXPECT_EQ(doubled.placement.origin, (Placement::Vector{-0.25, -0.25, -1.25}));
+  for_each_site({4, 4, 8}, [&](int x, int y, int z) {
+    const int label = z < 2 || z > 5 ? 0 : 1 + x / 2 + 2 * (y / 2) + 4 * ((z - 2) / 2);
+    EXPECT_EQ(doubled.pixels.values[doubled.pixels.extent.index(x, y, z)], label) << x << y << z;
+  });
+  EXPECT_EQ(read_scalar(file, {.size = Extent{3, 3, 3}, .takes_volumes = true}).pixels.values[13], 4.5F);
+  expect_refusal([&] { (void)read(file, Extent{4, 4}); }, "it is a volume, and cannot be resampled to 4 x 4");
+  const auto flat = write_nrrd("flat.nrrd", "uchar", "2 2", "1 2 3 4");
+  expect_refusal([&] { (void)read(flat, Extent{4, 4, 4}); }, "it has one slice");
+  const auto thin = write_nrrd("thin.nrrd", "uchar", "1 2 2", "1 2 3 4");
+  expect_refusal([&] { (void)read(thin); }, "each side must be at least 2");
+  const auto with = [&](std::string_view header) {
+    return write_nrrd("b.nrrd", "uchar", "2 2 2", "1 2 3 4 5 6 7 8", std::string(header));
+  };
+  expect_refusal([&] { (void)read(with("spacings: 1 1 2\n")); }, "they must be cubes");
+  expect_refusal(
+      [&] { (void)read(with("space dimension: 3\nspace directions: (1,0,0) (0,1,0) (0,0.6,0.8)\n")); },
+      "no rotation: the product of axes 2 and 3 is 0.6");
+  const auto pairs = write_nrrd("p.nrrd", "float", "2 2 2 2", "1 2 3 4 5 6 7 8 1 2 3 4 5 6 7 8",
+                                "kinds: vector domain domain domain\n");
+  expect_refusal([&] { (void)read_vector(pairs, {.takes_volumes = true}); }, "2 components per voxel");
+}
+
 TEST_F(ImageFiles, WhatCannotBeWrittenLeavesNothing) {
   const VectorField field({3, 3});
   expect_refusal([&] { write_displacement(path("d.vtk"), field, 1.0); }, ".nrrd or .mha");
@@ -271,6 +344,25 @@ TEST_F(ImageScene, ModuliTargetsAndConfidencesComeFromImagesAndThenFromCondition
   EXPECT_EQ(scene.full.target[1], (std::vector<float>{-4, 4, 6, -4, 10, 12}));
   EXPECT_EQ(scene.full.confidence[0], (std::vector<float>{0, 0.5, 0, 0, 0, 1}));
   EXPECT_EQ(scene.full.confidence[1], (std::vector<float>{1, 0, 0, 1, 0, 0.25}));
+}
+
+TEST_F(ImageScene, AreVolumesWhereTheirFilesAre) {
+  std::string text(labelled);
+  text +=
+      "target = \"target.nrrd\"\nconfidence = \"target.nrrd\"\n[[condition]]\nwhere = \"back\"\ndz = 3.0\n";
+  write_nrrd("volume.nrrd", "short", "2 2 2", "0 7 7 0 0 7 7 7");
+  const auto write_target = [&](const char* sizes, const char* pixels) {
+    write_nrrd("target.nrrd", "float", sizes, pixels, "kinds: vector domain domain domain\n");
+  };
+  write_target("3 2 2 2", "0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 1 1");
+  text.replace(text.find("labels.nrrd"), 6, "volume");
+  const Scene scene = load(text);
+  EXPECT_EQ(scene.extent(), (Extent{2, 2, 2}));
+  EXPECT_EQ(scene.full.target[2], (std::vector<float>{1, 1, 1, 1, 3, 3, 3, 3}));
+  EXPECT_EQ(scene.full.target[1].back(), 1.0F);
+  EXPECT_EQ(scene.full.modulus.values, (std::vector<float>{10, 30, 30, 10, 10, 30, 30, 30}));
+  write_target("3 2 2 3", "0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 0 1 0 1 1 0 0 0 0 0 0 0 0 0 0 0 0");
+  expect_refusal([&] { (void)load(text); }, "target is 2 x 2 x 3, the scene is 2 x 2 x 2");
 }
 
 TEST_F(ImageScene, SizeResamplesAndSpacingIsThatOfTheFilesPixels) {

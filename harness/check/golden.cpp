@@ -3,6 +3,7 @@
 #include "harness/check/compare.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/row_fields.hpp"
 #include "kernels/data/elastic/hierarchy.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -138,7 +139,7 @@ std::uint64_t parse_hash(const std::string& text) {
 GoldenEntry read_entry(const nlohmann::json& json) {
   GoldenEntry entry;
   entry.problem = {.scene = json.at("scene"),
-                   .size = Extent{json.at("width"), json.at("height")},
+                   .size = Extent{json.at("width"), json.at("height"), json.value("depth", 1)},
                    .method = json.at("method")};
   entry.inputs.scene = parse_hash(json.at("inputs"));
   for (const nlohmann::json& level : json.at("levels")) {
@@ -161,10 +162,12 @@ std::string entry_text(const GoldenEntry& entry) {
                               : fmt::format("\"loaded\": \"{:016x}\", ", entry.inputs.levels.at(i)),
                           level.hash);
   }
-  return fmt::format("  {{\"scene\": {}, \"width\": {}, \"height\": {}, \"method\": \"{}\", \"inputs\": "
-                     "\"{:016x}\", \"levels\": [{}]}}",
-                     nlohmann::json(entry.problem.scene).dump(), entry.problem.size->width,
-                     entry.problem.size->height, entry.problem.method, entry.inputs.scene, levels);
+  return fmt::format(
+      "  {{\"scene\": {}, \"width\": {}, \"height\": {}, {}\"method\": \"{}\", \"inputs\": "
+      "\"{:016x}\", \"levels\": [{}]}}",
+      nlohmann::json(entry.problem.scene).dump(), entry.problem.size->width, entry.problem.size->height,
+      entry.problem.size->depth > 1 ? fmt::format("\"depth\": {}, ", entry.problem.size->depth) : "",
+      entry.problem.method, entry.inputs.scene, levels);
 }
 
 GoldenInputs hash_inputs(const Scene& scene) {
@@ -348,18 +351,17 @@ const GoldenEntry* find_golden(const std::vector<GoldenEntry>& entries, const Ca
 
 nlohmann::json golden_row(const GoldenResult& result, const GoldenOutcome& outcome) {
   const auto text = [](std::uint64_t hash) { return fmt::format("{:016x}", hash); };
-  nlohmann::json row{{"scene", result.problem.scene},
-                     {"width", result.problem.size->width},
-                     {"height", result.problem.size->height},
-                     {"method", result.problem.method},
-                     {"inputs", text(result.inputs.scene)},
-                     {"inputs_reason", result.inputs_reason},
-                     {"backend", outcome.backend},
-                     {"device", outcome.device.name},
-                     {"levels", nlohmann::json::array()},
-                     {"first_difference", nullptr},
-                     {"verdict", name_of(outcome.verdict)},
-                     {"reason", outcome.reason}};
+  nlohmann::json row = with_size({{"scene", result.problem.scene},
+                                  {"method", result.problem.method},
+                                  {"inputs", text(result.inputs.scene)},
+                                  {"inputs_reason", result.inputs_reason},
+                                  {"backend", outcome.backend},
+                                  {"device", outcome.device.name},
+                                  {"levels", nlohmann::json::array()},
+                                  {"first_difference", nullptr},
+                                  {"verdict", name_of(outcome.verdict)},
+                                  {"reason", outcome.reason}},
+                                 *result.problem.size);
   for (const GoldenLevel& level : outcome.levels) {
     row["levels"].push_back(
         {{"level", level.level}, {"iterations", level.iterations}, {"hash", text(level.hash)}});

@@ -3,6 +3,7 @@
 #include "harness/check/follower.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/row_fields.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/solve.hpp"
 
@@ -318,34 +319,30 @@ std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
 }
 
 nlohmann::json verify_row(const Scene& scene, const Comparison& comparison) {
-  nlohmann::json row{{"scene", scene.name},
-                     {"width", scene.extent().width},
-                     {"height", scene.extent().height},
-                     {"backend", comparison.backend},
-                     {"device", comparison.device.name},
-                     {"driver", comparison.device.driver},
-                     {"mode", name_of(comparison.mode)},
-                     {"levels", comparison.levels},
-                     {"method", method_name(scene)},
-                     {"iterations", comparison.iterations},
-                     {"sweeps", comparison.sweeps},
-                     {"sites_compared", comparison.sites_compared},
-                     {"sites_differing", comparison.sites_differing},
-                     {"not_finite", comparison.not_finite},
-                     {"counts_differing", comparison.counts_differing},
-                     {"certified_ties", comparison.certified_ties},
-                     {"uncertified", comparison.uncertified},
-                     {"max_abs_difference", comparison.largest_difference},
-                     {"first_difference", nullptr},
-                     {"tier", name_of(comparison.tier)},
-                     {"verdict", name_of(comparison.verdict)},
-                     {"reason", comparison.reason},
-                     {"sites_drifted", comparison.sites_drifted},
-                     {"largest_gap_over_bound", comparison.largest_gap_over_bound},
-                     {"sites_at_rest", comparison.sites_at_rest}};
-  if (scene.extent().axes() > 2) {
-    row["depth"] = scene.extent().depth;
-  }
+  nlohmann::json row = with_size({{"scene", scene.name},
+                                  {"backend", comparison.backend},
+                                  {"device", comparison.device.name},
+                                  {"driver", comparison.device.driver},
+                                  {"mode", name_of(comparison.mode)},
+                                  {"levels", comparison.levels},
+                                  {"method", method_name(scene)},
+                                  {"iterations", comparison.iterations},
+                                  {"sweeps", comparison.sweeps},
+                                  {"sites_compared", comparison.sites_compared},
+                                  {"sites_differing", comparison.sites_differing},
+                                  {"not_finite", comparison.not_finite},
+                                  {"counts_differing", comparison.counts_differing},
+                                  {"certified_ties", comparison.certified_ties},
+                                  {"uncertified", comparison.uncertified},
+                                  {"max_abs_difference", comparison.largest_difference},
+                                  {"first_difference", nullptr},
+                                  {"tier", name_of(comparison.tier)},
+                                  {"verdict", name_of(comparison.verdict)},
+                                  {"reason", comparison.reason},
+                                  {"sites_drifted", comparison.sites_drifted},
+                                  {"largest_gap_over_bound", comparison.largest_gap_over_bound},
+                                  {"sites_at_rest", comparison.sites_at_rest}},
+                                 scene.extent());
   if (comparison.first) {
     const FirstDifference& first = *comparison.first;
     row["first_difference"] = {{"level", first.level},

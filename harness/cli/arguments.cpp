@@ -143,6 +143,13 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
     use_method(scene, find_method(*chosen, energy));
   }
   const bool of_cells = scene.energy->is_of_cells();
+  if (scene.extent().axes() == 3 && !(takes_energy && scene.energy->takes_volumes)) {
+    throw InputError(fmt::format(
+        "{} is a volume, and {}", scene.name,
+        takes_energy
+            ? fmt::format("the {} energy takes images only; give --energy elastic", scene.energy->name)
+            : "this command takes images only"));
+  }
   if (of_cells && !takes_energy) {
     throw InputError(fmt::format("{} would have the {} energy, which this command does not know; run, "
                                  "verify, bench, tradeoff and accuracy do",

@@ -40,10 +40,8 @@ void print_table(const std::vector<GoldenResult>& results, std::span<const Golde
   }
   json rows = json::array();
   for (const GoldenResult& result : results) {
-    json& row = rows.emplace_back(json{{"scene", result.problem.scene},
-                                       {"width", result.problem.size->width},
-                                       {"height", result.problem.size->height},
-                                       {"method", result.problem.method}});
+    json& row = rows.emplace_back(with_size(
+        {{"scene", result.problem.scene}, {"method", result.problem.method}}, *result.problem.size));
     const std::vector<GoldenLevel>& levels = result.outcomes.front().levels;
     row["hash"] = levels.empty() ? "-" : fmt::format("{:016x}", levels.back().hash);
     row["inputs"] = result.inputs_reason.empty() ? "✓" : "✗";

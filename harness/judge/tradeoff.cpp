@@ -2,6 +2,7 @@
 
 #include "harness/measure/median.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/row_fields.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/finite_elements.hpp"
 
@@ -187,15 +188,14 @@ nlohmann::json compare_at(const Scene& scene, std::span<const Judged> rows, doub
     return best;
   };
   const Judged* const ours = fastest([](const Judged& row) { return !row.is_rival; });
-  nlohmann::json equal{{"kind", "equal accuracy"},
-                       {"scene", scene.name},
-                       {"title", scene.title},
-                       {"width", scene.extent().width},
-                       {"height", scene.extent().height},
-                       {"poisson", scene.poisson},
-                       {"target", target},
-                       {"nearest", nullptr},
-                       {"ours", setting(ours)}};
+  nlohmann::json equal = with_size({{"kind", "equal accuracy"},
+                                    {"scene", scene.name},
+                                    {"title", scene.title},
+                                    {"poisson", scene.poisson},
+                                    {"target", target},
+                                    {"nearest", nullptr},
+                                    {"ours", setting(ours)}},
+                                   scene.extent());
   for (const Judged& row : rows) {
     if (is_result(row) && !row.is_rival) {
       const double error = row.deviations.to_fem_no_poisson;

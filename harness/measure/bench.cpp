@@ -6,6 +6,7 @@
 #include "harness/measure/memory_use.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/row_fields.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/stopwatch.hpp"
 
@@ -75,19 +76,18 @@ public:
   void add(const BenchRun& run) {
     const bool is_dense = run.session.work == Work::dense;
     const int threads = run.backend->threads(run.session);
-    rows_.push_back({{"scene", scene_.name},
-                     {"width", scene_.extent().width},
-                     {"height", scene_.extent().height},
-                     {"backend", run.backend->name()},
-                     {"device", ""},
-                     {"driver", ""},
-                     {"method", method_name(scene_) + (is_dense ? "" : "-active")},
-                     {"work", work_names.at(static_cast<std::size_t>(run.session.work))},
-                     {"threads", threads > 0 ? json(threads) : json()},
-                     {"effort", scene_.schedule.iterations},
-                     {"seconds", json::array()},
-                     {"valid", false},
-                     {"reason", why_not_solved(scene_, *run.backend)}});
+    rows_.push_back(with_size({{"scene", scene_.name},
+                               {"backend", run.backend->name()},
+                               {"device", ""},
+                               {"driver", ""},
+                               {"method", method_name(scene_) + (is_dense ? "" : "-active")},
+                               {"work", work_names.at(static_cast<std::size_t>(run.session.work))},
+                               {"threads", threads > 0 ? json(threads) : json()},
+                               {"effort", scene_.schedule.iterations},
+                               {"seconds", json::array()},
+                               {"valid", false},
+                               {"reason", why_not_solved(scene_, *run.backend)}},
+                              scene_.extent()));
     json& row = rows_.back();
     for (const char* const key :
          {"iterations", "fine_sweep_equivalents", "seconds_median", "msites_per_second", "setup_seconds",

@@ -13,9 +13,9 @@ namespace hdmbench {
 namespace {
 
 /// The sides of an axis stand together, the first one first.
-enum class Where { left, right, top, bottom, front, back, border, outside };
-constexpr std::array<std::string_view, 8> places{"left",  "right", "top",    "bottom",
-                                                 "front", "back",  "border", "outside"};
+enum class Where { left, right, top, bottom, front, back, border, outside, labels };
+constexpr std::array<std::string_view, 9> places{"left", "right",  "top",     "bottom", "front",
+                                                 "back", "border", "outside", "labels"};
 
 using Components = std::array<std::optional<double>, 3>; ///< pixels; a component without a value stays free
 constexpr std::array<std::string_view, 3> components{"dx", "dy", "dz"};
@@ -24,27 +24,43 @@ struct Condition {
   Where where{};
   Components along{};
   std::optional<double> outward{};
-  double closing = 0.0; ///< fraction of the image's shorter side
+  std::vector<float> labels{};  ///< of Where::labels
+  std::vector<double> centre{}; ///< of the part of their sites that is meant, fractions; empty: all of them
+  std::vector<double> size{};   ///< the same
+  double closing = 0.0;         ///< fraction of the image's shorter side
   double confidence = 1.0;
 };
 
-Condition read_condition(TomlReader& table, bool may_be_springs, Extent extent) {
+Condition read_condition(TomlReader& table, bool may_be_springs, double spacing, Extent extent) {
   Condition condition;
   if (!table.has("where")) {
-    table.fail("where", "is missing: left, right, top, bottom, front, back, border or outside");
+    table.fail("where", "is missing: left, right, top, bottom, front, back, border, outside or labels");
   }
   table.read("where", places, condition.where);
   if (extent.axes() == 2 && (condition.where == Where::front || condition.where == Where::back)) {
     table.fail("where", "is a side that only volumes have");
   }
+  bool is_physical = false;
+  table.read("unit", std::array<std::string_view, 2>{"pixels", "mm"}, is_physical);
   const auto read = [&](std::string_view key, std::optional<double>& value) {
     table.read(key, value);
+    if (value && is_physical) {
+      *value /= spacing;
+    }
     require_possible_displacement(table, key, value.value_or(0.0));
   };
   for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
     read(components[axis], condition.along[axis]);
   }
-  read("outward", condition.outward);
+  if (condition.where == Where::labels) {
+    condition.labels = table.get<std::vector<float>>("labels");
+    if (table.has("centre") || table.has("size")) {
+      condition.centre = table.numbers("centre", extent.axes(), extent.axes());
+      condition.size = table.numbers("size", extent.axes(), extent.axes());
+    }
+  } else {
+    read("outward", condition.outward);
+  }
   table.read("confidence", condition.confidence);
   if (condition.where == Where::outside) {
     table.read("closing", condition.closing);
@@ -115,6 +131,33 @@ void apply_on_border(const Condition& condition, Level& level) {
   }
 }
 
+/// On all sites of some labels. In an ellipse or ellipsoid by a share that falls from 1 at its centre to 0 on
+/// its outline, as a membrane's that is held there.
+void apply_on_labels(const Condition& condition, const LabelField& labels, Level& level) {
+  const Extent extent = labels.extent;
+  for_each_site(extent, [&](int x, int y, int z) {
+    const std::size_t site = extent.index(x, y, z);
+    if (std::ranges::find(condition.labels, static_cast<float>(labels.values[site])) ==
+        condition.labels.end()) {
+      return;
+    }
+    const std::array<int, 3> place{x, y, z};
+    double share = 1.0;
+    for (std::size_t axis = 0; axis < condition.centre.size(); ++axis) {
+      const double fraction = place[axis] / std::max(1.0, extent.sides()[axis] - 1.0);
+      const double from_centre = 2.0 * (fraction - condition.centre[axis]) / condition.size[axis];
+      share -= from_centre * from_centre;
+    }
+    if (share > 0.0) {
+      Components displacement = condition.along;
+      for (std::optional<double>& component : displacement) {
+        component = component ? std::optional(*component * share) : component;
+      }
+      set(condition, site, displacement, level);
+    }
+  });
+}
+
 /// Pixels from a site along the unit vector n to the last pixel centres on its way.
 double distance_to_border(const std::array<int, 3>& place, const std::array<double, 3>& n, Extent extent) {
   double distance = std::numeric_limits<double>::infinity();
@@ -171,11 +214,14 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
 
 } // namespace
 
-void apply_conditions(TomlReader& scene, const LabelField& labels, bool may_be_springs, Level& level) {
+void apply_conditions(TomlReader& scene, const LabelField& labels, bool may_be_springs, double spacing,
+                      Level& level) {
   for (TomlReader& table : scene.tables("condition")) {
-    const Condition condition = read_condition(table, may_be_springs, level.extent);
+    const Condition condition = read_condition(table, may_be_springs, spacing, level.extent);
     if (condition.where == Where::outside) {
       apply_outside(scene, condition, labels, level);
+    } else if (condition.where == Where::labels) {
+      apply_on_labels(condition, labels, level);
     } else {
       apply_on_border(condition, level);
     }

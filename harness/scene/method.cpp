@@ -103,7 +103,8 @@ constexpr RegisteredEnergy hdm{
 constexpr RegisteredEnergy plane_stress{.name = "elastic",
                                         .summary = "plane stress",
                                         .methods = all_elastic,
-                                        .near = ReferenceSolution::finite_elements};
+                                        .near = ReferenceSolution::finite_elements,
+                                        .takes_volumes = true};
 
 std::vector<const RegisteredEnergy*>& registry() {
   static std::vector<const RegisteredEnergy*> registered{&hdm, &plane_stress};

@@ -70,6 +70,8 @@ struct RegisteredEnergy {
   /// Fills Level::inputs of the full resolution; null where of_sites reads none.
   void (*set_inputs)(Level& full) = nullptr;
 
+  bool takes_volumes = false; ///< whether its methods solve volumes, too
+
   [[nodiscard]] bool is_of_cells() const { return of_sites == nullptr; }
   /// Whether the method is one of its own.
   [[nodiscard]] bool has(const Method& method) const;

@@ -5,7 +5,7 @@
 
 namespace hdmbench {
 
-/// Where a two-dimensional image lies in the patient, in ITK's convention: millimetres along axes that point
+/// Where an image or a volume lies in the patient, in ITK's convention: millimetres along axes that point
 /// to the left, to the back and upwards (LPS). An image that says nothing of it begins at 0 and lies along
 /// the axes.
 struct Placement {
@@ -13,9 +13,9 @@ struct Placement {
 
   Vector origin{}; ///< centre of the first pixel
   /// Unit vectors along the rows, along the columns, and from one slice to the next: the columns of ITK's
-  /// direction. The first two are perpendicular.
+  /// direction. The first two are perpendicular, of a volume all three.
   std::array<Vector, 3> axes{{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};
-  double thickness = 0.0; ///< distance between slices; 0: the side of a pixel
+  double thickness = 0.0; ///< distance between slices; 0: the side of a pixel, as it is in a volume
 
   /// The physical vector of one that leads `x` millimetres along the rows, `y` along the columns and `z`
   /// through the slices. Without the axes' own rounding where they are those of the space; it has no -0.

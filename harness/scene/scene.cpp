@@ -163,26 +163,33 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   if (std::ranges::count_if(sources, [&](std::string_view source) { return reader.has(source); }) != 1) {
     reader.fail("shape", "tables, [image], [brain] or [random]: a scene needs exactly one of these");
   }
-  if (!options.orientation.empty() && !reader.has("brain")) {
-    throw InputError(fmt::format("the scene {} is no [brain]: it has no other orientation", file.name));
-  }
-  if (!size && !reader.has("image")) {
-    reader.fail("size", "is missing: [width, height]");
-  }
   TomlReader image = reader.table("image");
   TomlReader brain = reader.table("brain");
+  const bool is_slice = reader.has("brain") && !brain.has("head");
+  if (!options.orientation.empty() && !is_slice) {
+    throw InputError(
+        fmt::format("the scene {} is no slice of a [brain]: it has no other orientation", file.name));
+  }
+  if (!size && !reader.has("image") && !brain.has("head")) {
+    reader.fail("size", "is missing: [width, height]");
+  }
+  if (size && size->axes() == 3 && is_slice) {
+    brain.fail("slice",
+               fmt::format("is no volume of {}; a whole head is one, with its file as head", size->text()));
+  }
   TomlReader random = reader.table("random");
   Level& full = scene.full;
   Content content;
   if (reader.has("image")) {
     content = read_image_content(image, reader, file.folder, size);
   } else if (reader.has("brain")) {
-    content = read_brain_content(brain, reader, file.folder, *size, options);
+    content = read_brain_content(brain, reader, file.folder, size, options);
     scene.name += options.orientation.empty() ? "" : ", " + options.orientation;
   } else if (reader.has("shape")) {
     content = read_shapes_content(reader, *size);
   }
   full.extent = content.modulus.values.empty() ? *size : content.modulus.extent;
+  require_memory(full.extent);
   full.target = VectorField(full.extent);
   full.confidence = VectorField(full.extent);
   full.modulus = std::move(content.modulus);
@@ -192,15 +199,15 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   }
   read_vector_images(image, file.folder, size, scene);
   image.finish();
-  apply_conditions(reader, content.labels, scene.energy->is_of_cells(), full);
-  if (content.segmented && is_inspected(full.extent)) {
-    scene.labels = std::move(content.labels);
-  }
-  content.labels = {}; // before there is more
   scene.spacing = content.spacing;
   if (!reader.has("image")) { // an image has seen it
     reader.read("spacing", scene.spacing);
   }
+  apply_conditions(reader, content.labels, scene.energy->is_of_cells(), scene.spacing, full);
+  if (content.segmented && is_inspected(full.extent)) {
+    scene.labels = std::move(content.labels);
+  }
+  content.labels = {}; // before there is more
   scene.placement = content.placement;
   reader.read("poisson", scene.poisson);
   std::optional<StepSet> steps = read_numbers_of_sites(reader, scene);
@@ -255,13 +262,19 @@ bool is_inspected(Extent extent) {
 }
 
 void require_memory(Extent extent) {
-  const double needed = static_cast<double>(largest_bytes_per_site) * static_cast<double>(extent.sites());
+  const bool is_volume = extent.axes() == 3;
+  const double per_site = is_volume ? largest_bytes_per_voxel : largest_bytes_per_site;
+  const double needed = per_site * static_cast<double>(extent.sites());
   const double present =
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
   if (needed > present) {
-    throw InputError(
-        fmt::format("an image of {} pixels needs about {:.0f} GiB of memory, this machine has {:.0f}",
-                    extent.text(), needed / 0x1p30, present / 0x1p30));
+    throw InputError(fmt::format("{} of {} needs about {:.0f} GiB of memory, this machine has {:.0f}{}",
+                                 is_volume ? "a volume" : "an image",
+                                 extent.text() + (is_volume ? " voxels" : " pixels"), needed / 0x1p30,
+                                 present / 0x1p30,
+                                 is_volume ? fmt::format("; {0} x {0} x {0} would fit",
+                                                         static_cast<int>(std::cbrt(present / per_site)))
+                                           : ""));
   }
 }
 

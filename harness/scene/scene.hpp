@@ -131,14 +131,17 @@ struct SceneOptions {
 /// Bytes of memory per site, in all, that icm takes on `openmp` in an image that is not inspected: at most.
 inline constexpr int largest_bytes_per_site = 60;
 
-/// Throws InputError for an image that this machine's memory cannot hold at largest_bytes_per_site, before
+/// The same of a volume by the elastic energy, which takes more of it than icm.
+inline constexpr int largest_bytes_per_voxel = 110;
+
+/// Throws InputError for an image or a volume that this machine's memory cannot hold at so many bytes, before
 /// the kernel kills the program for it.
 void require_memory(Extent extent);
 
 /// The shipped images in the order of the thesis, then the brain, then what is only for verify.
 [[nodiscard]] std::vector<std::string> shipped_scenes();
 /// The shipped volumes.
-inline constexpr std::array<std::string_view, 2> shipped_volumes{"cube", "ball"};
+inline constexpr std::array<std::string_view, 3> shipped_volumes{"cube", "ball", "head"};
 
 /// The files that a scene is made of: the TOML file and what it names, where it is there. Nothing where it is
 /// no scene.

@@ -230,7 +230,7 @@ std::vector<std::filesystem::path> files_of_scene(const std::string& scene) {
 Content read_image_content(TomlReader& image, TomlReader& scene, const std::filesystem::path& folder,
                            std::optional<Extent> size) {
   Content content;
-  ReadOptions options{.size = size};
+  ReadOptions options{.size = size, .takes_volumes = true};
   scene.read("spacing", options.spacing);
   image.read("slice", options.slice);
   const auto file = [&](std::string_view key) { return folder / image.get<std::string>(key); };
@@ -273,9 +273,29 @@ Content read_image_content(TomlReader& image, TomlReader& scene, const std::file
 }
 
 Content read_brain_content(TomlReader& brain, TomlReader& scene, const std::filesystem::path& folder,
-                           Extent size, const SceneOptions& options) {
+                           std::optional<Extent> size, const SceneOptions& options) {
   const auto tissues = read_tissues(scene, false);
   const auto name = brain.get<std::string>("file");
+  const auto content_of = [&](BrainSlice found) {
+    Content content{.labels = std::move(found.tissue),
+                    .modulus = {},
+                    .picture = std::move(found.picture),
+                    .spacing = found.spacing,
+                    .placement = found.placement};
+    assign_tissues(scene, tissues, content, false);
+    return content;
+  };
+  if (brain.has("head")) {
+    const auto head = brain.get<std::string>("head");
+    const int classes = brain.get<int>("classes");
+    brain.finish();
+    Content content = content_of(read_head(folder / name, folder / head, classes, size));
+    stretch(content.picture);
+    if (!is_inspected(content.picture.extent)) {
+      content.picture = {};
+    }
+    return content;
+  }
   Orientation orientation{};
   brain.read("orientation", orientation_names, orientation);
   std::optional<int> slice = brain.get<int>("slice");
@@ -291,14 +311,7 @@ Content read_brain_content(TomlReader& brain, TomlReader& scene, const std::file
   const int classes = brain.get<int>("classes");
   const double margin = brain.get<double>("margin");
   brain.finish();
-  BrainSlice found = read_brain(folder / name, slice, classes, margin, size, orientation);
-  Content content{.labels = std::move(found.tissue),
-                  .modulus = {},
-                  .picture = std::move(found.picture),
-                  .spacing = found.spacing,
-                  .placement = found.placement};
-  assign_tissues(scene, tissues, content, false);
-  return content;
+  return content_of(read_brain(folder / name, slice, classes, margin, *size, orientation));
 }
 
 Content read_shapes_content(TomlReader& scene, Extent size) {
@@ -384,7 +397,8 @@ void read_vector_images(TomlReader& image, const std::filesystem::path& folder, 
     if (!image.has(key)) {
       return;
     }
-    Image<VectorField> found = read_vector(folder / image.get<std::string>(key), {.size = size});
+    Image<VectorField> found =
+        read_vector(folder / image.get<std::string>(key), {.size = size, .takes_volumes = true});
     require_filled(image, key, found.padded && key == "deviation", found.pixels.extent); // 0 would be certain
     into = std::move(found.pixels);
     require_extent(image, key, into.extent, full.extent);

@@ -42,9 +42,9 @@ void require_possible_displacement(const TomlReader& table, std::string_view key
 [[nodiscard]] Content read_image_content(TomlReader& image, TomlReader& scene,
                                          const std::filesystem::path& folder, std::optional<Extent> size);
 
-/// [brain]: a slice of a 3-D brain, classified.
+/// [brain]: a slice of a 3-D brain, classified, or a whole head; only that needs no size.
 [[nodiscard]] Content read_brain_content(TomlReader& brain, TomlReader& scene,
-                                         const std::filesystem::path& folder, Extent size,
+                                         const std::filesystem::path& folder, std::optional<Extent> size,
                                          const SceneOptions& options);
 
 /// Paints the [[shape]] tables in order, later ones over earlier ones. Positions and sizes are fractions of
@@ -62,8 +62,10 @@ void read_vector_images(TomlReader& image, const std::filesystem::path& folder, 
                         Scene& scene);
 
 /// Applies the [[condition]] tables of a scene to level.target and level.confidence in order, later ones over
-/// earlier ones. Displacements are pixels at every size. `labels` tells where "outside" (label 0) is. Only
-/// conditions that may be springs know a deviation (RegisteredEnergy::is_of_cells).
-void apply_conditions(TomlReader& scene, const LabelField& labels, bool may_be_springs, Level& level);
+/// earlier ones. Displacements are pixels at every size, or millimetres, of which `spacing` make a pixel.
+/// `labels` tells where "outside" (label 0) is. Only conditions that may be springs know a deviation
+/// (RegisteredEnergy::is_of_cells).
+void apply_conditions(TomlReader& scene, const LabelField& labels, bool may_be_springs, double spacing,
+                      Level& level);
 
 } // namespace hdmbench

@@ -6,6 +6,7 @@
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/row_fields.hpp"
 #include "harness/scene/sites.hpp"
 
 #ifdef HDMBENCH_WITH_GL
@@ -187,13 +188,12 @@ nlohmann::json try_out(const Planted& planted, const Backend& reference, std::sp
       continue;
     }
     progress.describe(fmt::format("{} on {}: {}", planted.name, planted.backend, trial.label));
-    nlohmann::json seen{{"scene", trial.label},
-                        {"width", trial.scene.extent().width},
-                        {"height", trial.scene.extent().height},
-                        {"method", trial.scene.schedule.method},
-                        {"exact", trial.scene.exact},
-                        {"verdict", name_of(Verdict::skipped)},
-                        {"reason", ""}};
+    nlohmann::json seen = with_size({{"scene", trial.label},
+                                     {"method", trial.scene.schedule.method},
+                                     {"exact", trial.scene.exact},
+                                     {"verdict", name_of(Verdict::skipped)},
+                                     {"reason", ""}},
+                                    trial.scene.extent());
     try {
       const std::unique_ptr<Backend> faulty = planted.make();
       const Backend* const backends[] = {faulty.get()};

@@ -117,12 +117,16 @@ Native read_slice(const std::filesystem::path& file, Orientation orientation, st
 }
 
 /// The largest part of what is > `threshold`, connected by sides, its holes filled: 1 inside, 0 outside. All
-/// 0 if there is none.
+/// 0 if there is none. `axes`: those of the field.
+template <unsigned axes>
 ScalarField largest_part(const ScalarField& field, float threshold) {
-  using Mask = itk::Image<unsigned char, 2>;
+  using Mask = itk::Image<unsigned char, axes>;
   const auto mask = Mask::New();
-  mask->SetRegions(Mask::SizeType{static_cast<itk::SizeValueType>(field.extent.width),
-                                  static_cast<itk::SizeValueType>(field.extent.height)});
+  typename Mask::SizeType size;
+  for (unsigned axis = 0; axis < axes; ++axis) {
+    size[axis] = static_cast<itk::SizeValueType>(field.extent.sides()[axis]);
+  }
+  mask->SetRegions(size);
   mask->Allocate();
   std::ranges::transform(field.values, mask->GetBufferPointer(),
                          [threshold](float value) -> unsigned char { return value > threshold ? 1 : 0; });
@@ -196,13 +200,54 @@ std::vector<double> otsu_thresholds(const ScalarField& intensity, const ScalarFi
   return calculator->GetOutput();
 }
 
+/// From 1, by rising brightness.
+int class_of(float gray, const std::vector<double>& thresholds) {
+  return 1 + static_cast<int>(
+                 std::ranges::count_if(thresholds, [gray](double threshold) { return gray > threshold; }));
+}
+
 } // namespace
+
+BrainSlice read_head(const std::filesystem::path& brain, const std::filesystem::path& head, int classes,
+                     std::optional<Extent> size) {
+  try {
+    const Image<ScalarField> inner = read_scalar(brain, {.takes_volumes = true});
+    const Image<ScalarField> outer = read_scalar(head, {.takes_volumes = true});
+    if (inner.pixels.extent != outer.pixels.extent || inner.placement != outer.placement) {
+      throw unusable(brain, fmt::format("it is not on the grid of {}", head.string()));
+    }
+    if (inner.pixels.extent.axes() != 3) {
+      throw unusable(brain, "it is no volume");
+    }
+    const ScalarField in_brain = largest_part<3>(inner.pixels, 0.0F);
+    const ScalarField in_head = largest_part<3>(outer.pixels, 0.0F);
+    const std::vector<double> thresholds = otsu_thresholds(inner.pixels, in_brain, classes);
+    Image<std::vector<ScalarField>> both{{outer.pixels, outer.pixels}, outer.spacing, outer.placement};
+    for (std::size_t site = 0; site < in_brain.values.size(); ++site) {
+      both.pixels[0].values[site] =
+          in_brain.values[site] > 0.0F
+              ? static_cast<float>(class_of(inner.pixels.values[site], thresholds))
+              : (in_head.values[site] > 0.0F ? static_cast<float>(classes + 1) : 0.0F);
+    }
+    images::fit_nearest(head, both, size);
+    const Extent extent = both.pixels[0].extent;
+    BrainSlice found{.picture = std::move(both.pixels[1]),
+                     .tissue = {extent, std::vector<int>(extent.sites())},
+                     .spacing = both.spacing,
+                     .placement = both.placement};
+    std::ranges::transform(both.pixels[0].values, found.tissue.values.begin(),
+                           [](float label) { return static_cast<int>(label); });
+    return found;
+  } catch (const itk::ExceptionObject& error) {
+    throw unusable(head, images::own_words(error));
+  }
+}
 
 BrainSlice read_brain(const std::filesystem::path& file, std::optional<int> slice, int classes, double margin,
                       Extent size, Orientation orientation) {
   try {
     const Native native = read_slice(file, orientation, slice);
-    const ScalarField native_mask = largest_part(native.intensity, 0.0F);
+    const ScalarField native_mask = largest_part<2>(native.intensity, 0.0F);
     const Box box = bounding_box(native_mask);
     const std::vector<double> thresholds = otsu_thresholds(native.intensity, native_mask, classes);
     const float brightest = std::ranges::max(native.intensity.values);
@@ -227,15 +272,13 @@ BrainSlice read_brain(const std::filesystem::path& file, std::optional<int> slic
       });
       return result;
     };
-    const ScalarField mask = largest_part(sample(native_mask), 0.5F);
+    const ScalarField mask = largest_part<2>(sample(native_mask), 0.5F);
     brain.picture = sample(native.intensity);
     brain.tissue = {size, std::vector<int>(size.sites())};
     for (std::size_t site = 0; site < size.sites(); ++site) {
       float& gray = brain.picture.values[site];
       if (mask.values[site] > 0.0F) {
-        const auto above =
-            std::ranges::count_if(thresholds, [gray](double threshold) { return gray > threshold; });
-        brain.tissue.values[site] = 1 + static_cast<int>(above);
+        brain.tissue.values[site] = class_of(gray, thresholds);
         gray = std::clamp(gray / brightest, 0.0F, 1.0F) * 255.0F;
       } else {
         gray = 0.0F;

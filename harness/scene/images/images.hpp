@@ -27,8 +27,8 @@ namespace hdmbench {
 /// have any value.
 void read_images_apart(int argc, const char* const* argv);
 
-/// An image, the side of its pixels in millimetres (1 where the file says nothing) and where it lies. A file
-/// whose pixels are not square is an InputError.
+/// An image or a volume, the side of its pixels or voxels in millimetres (1 where the file says nothing) and
+/// where it lies. A file whose pixels are not square, or whose voxels are no cubes, is an InputError.
 template <typename Pixels>
 struct Image {
   Pixels pixels;
@@ -37,15 +37,16 @@ struct Image {
   bool padded = false; ///< `size` has another aspect: pixels beside the file's image are 0
 };
 
-/// `slice` picks the slice of a 3-D image along its third axis and is required there unless it has one slice.
-/// `size` resamples about the image centre to this extent, keeping the aspect ratio, so that the whole image
-/// fits: linear for scalars and vectors, nearest neighbour for labels, 0 beside the image. Rows and columns
-/// are those of the file: no orientation is applied, but `placement` says how they lie. `spacing` replaces
-/// what the file says of its pixels.
+/// `slice` picks the slice of a 3-D image along its third axis and is required there unless it has one slice,
+/// or `takes_volumes`: then all of them are read. `size` resamples about the image centre to this extent,
+/// keeping the aspect ratio, so that the whole image fits: linear for scalars and vectors, nearest neighbour
+/// for labels, 0 beside the image. Rows and columns are those of the file: no orientation is applied, but
+/// `placement` says how they lie. `spacing` replaces what the file says of its pixels.
 struct ReadOptions {
   std::optional<int> slice{};
   std::optional<Extent> size{};
   std::optional<double> spacing{};
+  bool takes_volumes = false;
 };
 /// InputError where a pixel is not an integer.
 [[nodiscard]] Image<LabelField> read_labels(const std::filesystem::path& file,
@@ -53,12 +54,14 @@ struct ReadOptions {
 /// Not a number and infinity pass.
 [[nodiscard]] Image<ScalarField> read_scalar(const std::filesystem::path& file,
                                              const ReadOptions& options = {});
-/// Two components, or three of which the third is ignored; the values as they are, nothing is rescaled.
+/// Two components, or three of which the third is ignored, and of a volume three; the values as they are,
+/// nothing is rescaled.
 [[nodiscard]] Image<VectorField> read_vector(const std::filesystem::path& file,
                                              const ReadOptions& options = {});
 /// A physical displacement in millimetres, as write_displacement writes it: back in pixels along the image's
 /// rows and columns. Two or three components.
-[[nodiscard]] Image<VectorField> read_displacement(const std::filesystem::path& file);
+[[nodiscard]] Image<VectorField> read_displacement(const std::filesystem::path& file,
+                                                   bool takes_volumes = false);
 
 /// Which way a slice of a volume lies, and what scene files call it.
 enum class Orientation {
@@ -83,19 +86,25 @@ struct BrainSlice {
 [[nodiscard]] BrainSlice read_brain(const std::filesystem::path& file, std::optional<int> slice, int classes,
                                     double margin, Extent size, Orientation orientation = Orientation::axial);
 
-/// Writes the displacement, in pixels, as a W x H x 1 image of physical 3-vectors in millimetres, along the
+/// A whole head on the grid of its file, with its brain on the same grid in another one: what is outside both
+/// is 0. Tissue is 0, then of the brain 1 ... classes as in a slice, then, what else of the head there is,
+/// skull and skin, classes + 1. `size` as in ReadOptions, nearest neighbour.
+[[nodiscard]] BrainSlice read_head(const std::filesystem::path& brain, const std::filesystem::path& head,
+                                   int classes, std::optional<Extent> size);
+
+/// Writes the displacement, in pixels, as a W x H x D image of physical 3-vectors in millimetres, along the
 /// axes of the space and not of the image, that ITK, 3D Slicer and ParaView open; .nrrd or .mha by the
 /// extension. The header carries the direction of the mapping and the
 /// unit as key/values. Written beside the target and renamed, so that no half-written file is left.
 void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing,
                         const Placement& placement = {});
 
-/// The values as they are, float or 16-bit integer, as a W x H x 1 image of pixels with sides of `spacing`
+/// The values as they are, float or 16-bit integer, as a W x H x D image of pixels with sides of `spacing`
 /// millimetres; .nrrd or .mha by the extension. read_scalar, read_vector and read_labels give them back to
 /// the bit. Written beside the target and renamed.
 void write_scalar(const std::filesystem::path& file, const ScalarField& field, double spacing,
                   const Placement& placement = {});
-/// Two components per pixel, along rows and columns.
+/// Two components per pixel, along rows and columns; of a volume three.
 void write_vector(const std::filesystem::path& file, const VectorField& field, double spacing,
                   const Placement& placement = {});
 /// InputError where a label is beyond 16 bits.

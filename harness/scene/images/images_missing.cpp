@@ -35,4 +35,9 @@ BrainSlice read_brain(const std::filesystem::path& file, std::optional<int>, int
   refuse(file);
 }
 
+BrainSlice read_head(const std::filesystem::path& brain, const std::filesystem::path&, int,
+                     std::optional<Extent>) {
+  refuse(brain);
+}
+
 } // namespace hdmbench

@@ -20,13 +20,12 @@ InputError unwritable(const std::filesystem::path& file, std::string_view why) {
   return InputError(fmt::format("cannot write the image {}: {}", file.string(), why));
 }
 
-/// W x H x 1 pixels.
 images::Geometry geometry_of(const std::filesystem::path& file, Extent extent, std::size_t components,
                              double spacing, const Placement& placement) {
   if (!(spacing > 0.0) || !std::isfinite(spacing)) {
     throw unwritable(file, fmt::format("a pixel of {} mm", spacing));
   }
-  return {.size = {extent.width, extent.height, 1},
+  return {.size = extent.sides(),
           .spacing = {spacing, spacing, placement.thickness > 0.0 ? placement.thickness : spacing},
           .origin = placement.origin,
           .axes = placement.axes,
@@ -78,8 +77,9 @@ void write_displacement(const std::filesystem::path& file, const VectorField& di
   std::vector<float> values;
   values.reserve(3 * displacement.extent.sites());
   for (std::size_t site = 0; site < displacement.extent.sites(); ++site) {
+    const double z = displacement.extent.axes() == 3 ? displacement[2][site] * spacing : 0.0;
     for (const double component :
-         placement.vector(displacement[0][site] * spacing, displacement[1][site] * spacing)) {
+         placement.vector(displacement[0][site] * spacing, displacement[1][site] * spacing, z)) {
       values.push_back(static_cast<float>(component));
     }
   }
