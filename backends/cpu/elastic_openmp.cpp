@@ -25,8 +25,10 @@ using openmp::Response;
 /// call(axis) for each. Written out: short loops over an unknown number cost more than their work.
 template <typename Call>
 void each_axis(std::size_t axes, const Call& call) {
-  call(std::size_t{0});
-  call(std::size_t{1});
+  if (axes > 0) {
+    call(std::size_t{0});
+    call(std::size_t{1});
+  }
   if (axes == 3) {
     call(std::size_t{2});
   }
@@ -177,6 +179,7 @@ public:
                                           : row_of(level.grid, values, planes.index(row, plane));
     };
     const int width = level.grid.sites.width;
+    const ElasticRow near = line(near_line);
     const ElasticRow result = line(residual_line);
     for (int plane = band.first - 1; plane < band.last; ++plane) {
       if (axes_ == 3) {
@@ -190,8 +193,7 @@ public:
           const ConstElasticRow pull =
               load == nullptr ? ConstElasticRow{} : row_of(level.grid, *load, planes.index(row, plane));
           each_axis(axes_, [&](std::size_t axis) {
-            rows_->residual(width, pull.of[axis], carried.of[axis], line(near_line).of[axis],
-                            result.of[axis]);
+            rows_->residual(width, pull.of[axis], carried.of[axis], near.of[axis], result.of[axis]);
           });
           use(row, plane, ConstElasticRow(result));
         }
@@ -240,14 +242,16 @@ public:
     const Band fine_planes{std::max(2 * band.first - 1, 0), std::min(2 * band.last, from.count)};
     rows(fine_planes, [&](int row, int plane, ConstElasticRow residual) {
       const ElasticRow along = axes_ == 2 ? line_of(restricted_plane(plane), 0) : restricted_row(row);
+      // One after the other: what has just been written is slow to read.
       each_axis(axes_, [&](std::size_t axis) {
         std::copy_n(residual.of[axis], fine.grid.sites.width, padded.of[axis]);
-        if (has_prescribed) {
-          rows_->keep_free(fine.grid.sites.width, straight_of(fine, axis, from.index(row, plane)),
-                           padded.of[axis]);
-        }
-        rows_->restrict_along(width, padded.of[axis], along.of[axis]);
       });
+      each_axis(has_prescribed ? axes_ : 0, [&](std::size_t axis) {
+        rows_->keep_free(fine.grid.sites.width, straight_of(fine, axis, from.index(row, plane)),
+                         padded.of[axis]);
+      });
+      each_axis(axes_,
+                [&](std::size_t axis) { rows_->restrict_along(width, padded.of[axis], along.of[axis]); });
       const bool ends = row + 1 == from.rows;
       if (axes_ == 3) {
         const auto complete = [&](int coarse_row) {
@@ -303,15 +307,15 @@ private:
   };
 
   /// All components, with room for the ring.
-  [[nodiscard]] ElasticRow line(Line number) { return row_in(lines_, number, pitch_, 0); }
+  [[nodiscard, gnu::always_inline]] ElasticRow line(Line number) { return row_in(lines_, number, pitch_, 0); }
   /// Row `row` of a plane, which takes memory from its first use on.
   [[nodiscard]] ElasticRow line_of(PlaneBuffer number, int row) {
     std::vector<float>& buffer = planes_.at(number);
     buffer.resize(axes_ * plane_);
     return row_in(buffer, 0, plane_, static_cast<std::size_t>(row) * pitch_);
   }
-  [[nodiscard]] ElasticRow row_in(std::vector<float>& buffer, std::size_t number, std::size_t size,
-                                  std::size_t offset) const {
+  [[nodiscard, gnu::always_inline]] ElasticRow row_in(std::vector<float>& buffer, std::size_t number,
+                                                      std::size_t size, std::size_t offset) const {
     ElasticRow row;
     each_axis(axes_, [&](std::size_t axis) {
       row.of[axis] = buffer.data() + (axes_ * number + axis) * size + offset + RingedGrid::margin;
@@ -330,7 +334,7 @@ private:
   template <typename RowAt>
   bool cells(const ElasticLevel& level, int row, int plane, const RowAt& row_at) {
     if (axes_ == 2) {
-      cells_of_image(level, plane, row_at(0, plane), row_at(0, plane + 1));
+      cells_of_image(level, plane, {row_at(0, plane), row_at(0, plane + 1)});
       return true;
     }
     const Extent cells = level.grid.cells();
@@ -366,15 +370,15 @@ private:
     });
   }
 
-  void cells_of_image(const ElasticLevel& level, int y, ConstElasticRow above, ConstElasticRow below) {
+  void cells_of_image(const ElasticLevel& level, int y, const std::array<ConstElasticRow, 2>& sites) {
     const std::size_t at = level.grid.index(-1, y);
     openmp::ImageCells row;
     for (std::size_t i = 0; i < 6; ++i) {
       row.moments[i] = level.moments[i].data() + at;
     }
     each_axis(2, [&](std::size_t axis) {
-      row.sites[0].of[axis] = above.of[axis] - 1;
-      row.sites[1].of[axis] = below.of[axis] - 1;
+      row.sites[0].of[axis] = sites[0].of[axis] - 1;
+      row.sites[1].of[axis] = sites[1].of[axis] - 1;
     });
     row.cells = level.grid.sites.width + 1;
     row.nu = ratio_.nu;
@@ -390,7 +394,7 @@ private:
     for (std::size_t i = first; i < last; ++i) {
       const auto x = static_cast<std::size_t>(level.masked.x[i]);
       float force[24];
-      masked_forces<2>(level.masked, i, {above, below}, force);
+      masked_forces<2>(level.masked, i, sites, force);
       // Its moments are 0, so that it has added nothing yet; sums of two do not ask for their order.
       for (std::size_t corner = 0; corner < 4; ++corner) {
         const ElasticRow& to = corner < 2 ? on_above : on_below;
@@ -401,8 +405,8 @@ private:
   }
 
   template <std::size_t axes>
-  void masked_forces(const MaskedCells& masked, std::size_t cell, const std::array<ConstElasticRow, 4>& sites,
-                     float* force) const {
+  void masked_forces(const MaskedCells& masked, std::size_t cell,
+                     const std::array<ConstElasticRow, (axes - 1) * 2>& sites, float* force) const {
     float values[24];
     float* to = values;
     for (std::size_t corner = 0; corner < (axes == 3 ? 8 : 4); ++corner) {
@@ -417,7 +421,7 @@ private:
   void cells_of_volume(const ElasticLevel& level, int y, int z, const std::array<ConstElasticRow, 4>& sites) {
     const std::size_t at = level.grid.index(0, y, z);
     const bool is_image = level.moments.size() == 1;
-    openmp::VolumeCells row;
+    openmp::VolumeCells row{};
     for (std::size_t i = 0; i < (is_image ? 4 : level.moments.size()); ++i) {
       row.moments[i] = is_image ? level.moments[0].data() + at + level.grid.to_corner(2 * i)
                                 : level.moments[i].data() + at;

@@ -33,18 +33,19 @@ struct Response {
 
 /// A row of cells. Of an image the one west of the first site first and the one east of the last site last;
 /// of a volume those between sites only. Pointers are to the first cell, and to the site at its first corner.
+/// Of an image all is set: there are many rows, and most are short.
 template <int axes>
 struct CellRow {
   /// As ElasticLevel::moments; of a volume's image four rows of moduli, as sites.
-  const float* moments[axes == 2 ? 6 : 23] = {};
+  const float* moments[axes == 2 ? 6 : 23];
   ConstElasticRow sites[axes == 2 ? 2 : 4]; ///< displacements of the rows at its corners: y, then z
-  float nu = 0;                             ///< of an image
-  float shear = 0;
+  float nu;                                 ///< of an image
+  float shear;
   float lame = 0; ///< of a volume
-  int cells = 0;
+  int cells;
   /// Written. Of an image top, bottom, left, right, shear; of a volume the force on each corner, component by
   /// component.
-  float* tension[axes == 2 ? 5 : 24] = {};
+  float* tension[axes == 2 ? 5 : 24];
 };
 using ImageCells = CellRow<2>;
 using VolumeCells = CellRow<3>;

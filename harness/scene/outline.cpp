@@ -71,22 +71,19 @@ std::vector<double> smooth(const std::vector<double>& values, Extent extent) {
   for (int row = 0; row < extent.height * extent.depth; ++row) {
     const int y = row % extent.height;
     const int z = row / extent.height;
-    for (int x = 0; x < extent.width; ++x) {
-      const int left = std::max(x - 1, 0);
-      const int right = std::min(x + 1, extent.width - 1);
-      double sum = 0.0;
-      for (int dz = -reach; dz <= reach; ++dz) {
-        const double share = reach == 0 ? 1.0 : dz == 0 ? 0.5 : 0.25;
-        for (int dy = -1; dy <= 1; ++dy) {
-          const double weight = share * (dy == 0 ? 2.0 : 1.0) / 16.0;
-          const double* const near = values.data() + extent.index(0, std::clamp(y + dy, 0, extent.height - 1),
-                                                                  std::clamp(z + dz, 0, extent.depth - 1));
-          sum += weight * near[left];
-          sum += 2.0 * weight * near[x];
-          sum += weight * near[right];
+    double* const sums = result.data() + extent.index(0, row);
+    for (int dz = -reach; dz <= reach; ++dz) {
+      const double share = reach == 0 ? 1.0 : dz == 0 ? 0.5 : 0.25;
+      for (int dy = -1; dy <= 1; ++dy) {
+        const double weight = share * (dy == 0 ? 2.0 : 1.0) / 16.0;
+        const double* const near = values.data() + extent.index(0, std::clamp(y + dy, 0, extent.height - 1),
+                                                                std::clamp(z + dz, 0, extent.depth - 1));
+        for (int x = 0; x < extent.width; ++x) {
+          const double with_left = sums[x] + weight * near[std::max(x - 1, 0)];
+          const double with_own = with_left + 2.0 * weight * near[x];
+          sums[x] = with_own + weight * near[std::min(x + 1, extent.width - 1)];
         }
       }
-      result[extent.index(x, y, z)] = sum;
     }
   }
   return result;

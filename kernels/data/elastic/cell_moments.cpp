@@ -141,12 +141,8 @@ HDM_FUNCTION void set_column(CellMatrix& matrix, const InDouble::CellMoments& mo
   set_forces(matrix, 3, column, InDouble::force_on_bottom_right(tension));
 }
 
-} // namespace
-
-CellMatrix cell_matrix(const ElasticLevel& level, std::size_t index, const ElasticHierarchy& hierarchy) {
-  if (level.grid.axes() == 3) {
-    return volume_cell_matrix(level, index, hierarchy.lame);
-  }
+CellMatrix image_cell_matrix(const ElasticLevel& level, std::size_t index,
+                             const ElasticHierarchy& hierarchy) {
   const InFloat::CellMoments moments = level.cell(index);
   const InDouble::CellMoments wide{moments.m, moments.mr, moments.ms, moments.mrr, moments.mss, moments.mrs};
   const InDouble::PoissonRatio wide_ratio{hierarchy.ratio.nu, hierarchy.ratio.shear};
@@ -156,6 +152,13 @@ CellMatrix cell_matrix(const ElasticLevel& level, std::size_t index, const Elast
     set_column(matrix, wide, wide_ratio, column);
   }
   return matrix;
+}
+
+} // namespace
+
+CellMatrix cell_matrix(const ElasticLevel& level, std::size_t index, const ElasticHierarchy& hierarchy) {
+  return level.grid.axes() == 3 ? volume_cell_matrix(level, index, hierarchy.lame)
+                                : image_cell_matrix(level, index, hierarchy);
 }
 
 void set_image_moments(ElasticLevel& image, const Level& full) {

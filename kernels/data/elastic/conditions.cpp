@@ -101,7 +101,6 @@ Known averaged(const Known& fine) {
 /// What `fine` does not know well enough comes from its averages.
 void fill(Known& fine, const Known& coarse) {
   const int rows = fine.extent.height * fine.extent.depth;
-  const bool is_volume = fine.extent.axes() == 3;
 #pragma omp parallel for if (fine.extent.sites() > sites_worth_threads)
   for (int row = 0; row < rows; ++row) {
     const int y = row % fine.extent.height;
@@ -115,11 +114,9 @@ void fill(Known& fine, const Known& coarse) {
     const float* const far_north = coarse_row(y / 2, z / 2 + z % 2);
     const float* const far_south = coarse_row(y / 2 + y % 2, z / 2 + z % 2);
     const auto fill_site = [&](int x, int west, int east) {
-      float mean = 0.25F * ((north[west] + north[east]) + (south[west] + south[east]));
-      if (is_volume) {
-        const float far = 0.25F * ((far_north[west] + far_north[east]) + (far_south[west] + far_south[east]));
-        mean = 0.5F * (mean + far);
-      }
+      const float near = 0.25F * ((north[west] + north[east]) + (south[west] + south[east]));
+      const float far = 0.25F * ((far_north[west] + far_north[east]) + (far_south[west] + far_south[east]));
+      const float mean = 0.5F * (near + far); // of an image both are the same
       const float missing = 1.0F - weight[x];
       const float both = weight[x] * value[x] + missing * mean;
       value[x] = missing > 0.0F ? both : value[x];

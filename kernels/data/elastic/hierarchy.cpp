@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <utility>
 
@@ -31,16 +32,23 @@ struct CellKinds {
   std::vector<std::uint32_t> index;
 };
 
-/// call(place of the cell, its coordinates) for every cell, a thread a row.
+/// call(place of its first cell, y, z) for every row of cells, a thread a row.
 template <typename Call>
-void for_each_cell(Extent cells, const Call& call) {
+void for_each_row(Extent cells, const Call& call) {
   const int rows = cells.height * cells.depth;
 #pragma omp parallel for schedule(dynamic, rows_together) if (cells.sites() > sites_worth_threads)
   for (int row = 0; row < rows; ++row) {
-    for (int x = 0; x < cells.width; ++x) {
-      call(cells.index(x, row), x, row % cells.height, row / cells.height);
-    }
+    call(cells.index(0, row), row % cells.height, row / cells.height);
   }
+}
+/// call(place of the cell, its coordinates) for every cell.
+template <typename Call>
+void for_each_cell(Extent cells, const Call& call) {
+  for_each_row(cells, [&](std::size_t first, int y, int z) {
+    for (int x = 0; x < cells.width; ++x) {
+      call(first + static_cast<std::size_t>(x), x, y, z);
+    }
+  });
 }
 
 /// What conditions make of a coarse level's cells. One is cut where a coarse function of it is at home on a
@@ -50,63 +58,59 @@ template <std::size_t axes>
 CellKinds kinds_of(Extent cells, const RingedGrid& grid, const Prescribed* fine, const Prescribed* coarse,
                    const RingedGrid& coarse_grid, const CellKinds& children) {
   CellKinds kinds{cells, std::vector<CellKind>(cells.sites(), CellKind::whole), {}};
-  const Extent sites = grid.sites;
-  const auto may_move = [&](int x, int y, int z, std::array<int, 3> in, std::size_t axis) {
-    // By a function of the corners around: at 0, at 1, or in the middle of both.
-    for (std::size_t corner = 0; corner < std::size_t{1} << axes; ++corner) {
-      bool reaches = true;
-      for (std::size_t along = 0; along < 3; ++along) {
-        reaches &= in[along] == 1 || in[along] == static_cast<int>(2 * (corner >> along & 1));
-      }
-      if (reaches &&
-          (coarse == nullptr ||
-           coarse->component[axis][coarse_grid.index(x, y, z) + coarse_grid.to_corner(corner)] == 0)) {
+  constexpr std::size_t corners = std::size_t{1} << axes;
+  const auto is_cut = [&](int x, int y, int z) {
+    const std::size_t at = coarse_grid.index(x, y, z);
+    const std::size_t fine_at = grid.index(2 * x, 2 * y, 2 * z);
+    for (std::size_t i = 0; i < axes * corners * corners; ++i) {
+      const std::size_t corner = i / corners % corners; // whose function reaches the sites of its child
+      const std::size_t site = fine_at + grid.to_corner(corner) + grid.to_corner(i % corners);
+      const std::size_t axis = i / corners / corners;
+      if (fine->component[axis][site] != 0 &&
+          coarse->component[axis][at + coarse_grid.to_corner(corner)] == 0) {
         return true;
       }
     }
     return false;
   };
-  for_each_cell(cells, [&](std::size_t cell, int x, int y, int z) {
-    bool any = false;
-    bool all = fine != nullptr;
-    const int columns = std::min(3, sites.width - 2 * x);
-    constexpr int depth = axes == 3 ? 3 : 1;
-    for (int k = 0; fine != nullptr && k < depth && 2 * z + k < sites.depth; ++k) {
-      for (int j = 0; j < 3 && 2 * y + j < sites.height; ++j) {
-        const std::size_t first = grid.index(2 * x, 2 * y + j, 2 * z + k);
-        for (std::size_t axis = 0; axis < axes; ++axis) {
-          const std::uint8_t* const row = fine->component[axis].data() + first;
-          int prescribed = 0;
-          for (int i = 0; i < columns; ++i) {
-            prescribed += row[i];
-          }
-          all &= prescribed == columns;
-          for (int i = 0; prescribed > 0 && i < columns; ++i) {
-            any = any || (row[i] != 0 && may_move(x, y, z, {i, j, k}, axis));
+  for_each_row(cells, [&](std::size_t first, int y, int z) {
+    const auto there = [](int from, int side) { return std::min(3, side - 2 * from); };
+    const int width = grid.sites.width;
+    const int planes = axes == 3 ? there(z, grid.sites.depth) : 1;
+    const int components = static_cast<int>(axes) * there(y, grid.sites.height) * planes; // of a column
+    std::vector<std::uint8_t> prescribed(static_cast<std::size_t>(width) + 2); // so many of each column
+    for (int line = 0; fine != nullptr && line < components; ++line) {
+      const int row = line / static_cast<int>(axes);
+      const std::uint8_t* const from = fine->component[static_cast<std::size_t>(line) % axes].data() +
+                                       grid.index(0, 2 * y + row / planes, 2 * z + row % planes);
+      std::transform(from, from + width, prescribed.begin(), prescribed.begin(), std::plus<>());
+    }
+    for (int x = 0; x < cells.width; ++x) {
+      const std::uint8_t* const columns = prescribed.data() + 2 * x;
+      const int count = columns[0] + columns[1] + columns[2];
+      const bool all = count == components * there(x, width);
+      const bool any = count > 0 && (coarse == nullptr || is_cut(x, y, z));
+      std::array<bool, 3> found{false, any && !all, all}; // by CellKind
+      if (!children.kind.empty()) {
+        for (std::size_t child = 0; child < corners; ++child) {
+          const auto bit = [&](std::size_t axis) { return static_cast<int>(child >> axis & 1); };
+          const Extent fine_cells = children.extent;
+          const int i = 2 * x + bit(0);
+          const int j = 2 * y + bit(1);
+          const int k = 2 * z + bit(2);
+          if (i < fine_cells.width && j < fine_cells.height && k < fine_cells.depth) {
+            const CellKind kind = children.kind[fine_cells.index(i, j, k)];
+            found[static_cast<std::size_t>(kind)] |= !all || kind == CellKind::masked;
           }
         }
       }
+      const bool masked = found[static_cast<std::size_t>(CellKind::masked)];
+      const bool empty = found[static_cast<std::size_t>(CellKind::empty)];
+      const bool whole = found[static_cast<std::size_t>(CellKind::whole)];
+      kinds.kind[first + static_cast<std::size_t>(x)] = masked || (empty && whole) ? CellKind::masked
+                                                        : empty                    ? CellKind::empty
+                                                                                   : CellKind::whole;
     }
-    std::array<bool, 3> found{false, any && !all, all}; // by CellKind
-    if (!children.kind.empty()) {
-      for (std::size_t child = 0; child < std::size_t{1} << axes; ++child) {
-        const auto bit = [&](std::size_t axis) { return static_cast<int>(child >> axis & 1); };
-        const Extent fine_cells = children.extent;
-        const int i = 2 * x + bit(0);
-        const int j = 2 * y + bit(1);
-        const int k = 2 * z + bit(2);
-        if (i < fine_cells.width && j < fine_cells.height && k < fine_cells.depth) {
-          const CellKind kind = children.kind[fine_cells.index(i, j, k)];
-          found[static_cast<std::size_t>(kind)] |= !all || kind == CellKind::masked;
-        }
-      }
-    }
-    const bool masked = found[static_cast<std::size_t>(CellKind::masked)];
-    const bool empty = found[static_cast<std::size_t>(CellKind::empty)];
-    const bool whole = found[static_cast<std::size_t>(CellKind::whole)];
-    kinds.kind[cell] = masked || (empty && whole) ? CellKind::masked
-                       : empty                    ? CellKind::empty
-                                                  : CellKind::whole;
   });
   return kinds;
 }

@@ -14,10 +14,10 @@ void add_child(CellMatrix& sum, const CellMatrix& child, std::size_t place, cons
   // The corners of the parent that a component of the child hangs on, and its share of each.
   struct Shares {
     std::size_t count = 0;
-    std::array<std::size_t, 8> corner{};
-    std::array<double, 8> share{};
+    std::array<std::size_t, corners> corner;
+    std::array<double, corners> share;
   };
-  std::array<Shares, components> of{};
+  std::array<Shares, components> of;
   for (std::size_t at = 0; at < components; ++at) {
     for (std::size_t corner = 0; corner < corners; ++corner) {
       double share = mask[at];
