@@ -104,6 +104,38 @@ protected:
   static constexpr double margin_ = 0.1;
 };
 
+TEST_F(Colin, SinksUnderAnOpeningOfTheSkullThatHoldsTheRest) {
+  for (const std::optional<Extent> size : {std::optional<Extent>(), std::optional(Extent{46, 55, 46})}) {
+    const Scene head = load_scene("head", {.size = size});
+    const Level& full = head.full;
+    const Extent extent = size.value_or(Extent{181, 217, 181});
+    ASSERT_EQ(full.extent, extent);
+    EXPECT_NEAR(head.spacing, 181.0 / extent.width, 1e-12);
+    const double first = 0.5 * head.spacing - 0.5; // from the file's first voxel
+    EXPECT_EQ(head.placement.axes[0], (Placement::Vector{-1.0, 0.0, 0.0}));
+    EXPECT_NEAR(head.placement.origin[0], 90.0 - first, 1e-6);
+    std::array<double, 5> share{};
+    double sunk = 0.0;
+    for (std::size_t site = 0; site < extent.sites(); ++site) {
+      const int label = head.labels.values[site];
+      share.at(static_cast<std::size_t>(label)) += 1.0 / static_cast<double>(extent.sites());
+      const float held = label == 0 || label == 4 ? 1.0F : 0.0F;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        ASSERT_EQ(full.confidence[axis][site], held) << label;
+        ASSERT_TRUE(axis == 2 || full.target[axis][site] == 0.0F);
+      }
+      sunk = std::min(sunk, head.spacing * double{full.target[2][site]});
+      ASSERT_LE(full.target[2][site], 0.0F);
+    }
+    EXPECT_GE(sunk, -10.0);
+    EXPECT_LT(sunk, size ? -9.0 : -9.9);
+    const std::array<double, 5> expected{0.4, 0.03, 0.12, 0.09, 0.35};
+    for (std::size_t label = 0; label < share.size(); ++label) {
+      EXPECT_NEAR(share.at(label), expected.at(label), 0.06) << label;
+    }
+  }
+}
+
 TEST_F(Colin, FillsTheGridWithClassesOfRisingBrightness) {
   for (const int classes : {3, 4}) {
     for (const Extent size : {Extent{300, 300}, Extent{400, 200}}) {

@@ -42,11 +42,22 @@ std::int64_t Sweeper::sweep_run(RowPart& part, const Run& run) const {
   const bool far = in_volume && part.slice == extent.depth - 1;
   const bool outside = run.west_outside || run.east_outside || north || south || near || far;
   part.inside = data_.has_short_path() && !outside;
-  for (int number = 0; number < (in_volume ? 27 : 9) && !part.inside; ++number) {
-    const auto [x, y, z] = language::direction_of(number);
-    const bool is_outside = (x < 0 && run.west_outside) || (x > 0 && run.east_outside) || (y < 0 && north) ||
-                            (y > 0 && south) || (z < 0 && near) || (z > 0 && far);
-    part.neighbours.to[number] = is_outside ? 0 : offset_of(number, part.pitch, part.slice_pitch);
+  if (!part.inside) { // written out: a loop over numbers costs as much as twenty sites of an image
+    std::ptrdiff_t* to = part.neighbours.to;
+    const auto add_slice = [&](std::ptrdiff_t slice, bool slice_outside) {
+      for (const int y : {-1, 0, 1}) {
+        const bool row_outside = slice_outside || (y < 0 && north) || (y > 0 && south);
+        const std::ptrdiff_t middle = slice + y * part.pitch;
+        *to++ = row_outside || run.west_outside ? 0 : middle - 1;
+        *to++ = row_outside ? 0 : middle;
+        *to++ = row_outside || run.east_outside ? 0 : middle + 1;
+      }
+    };
+    add_slice(0, false);
+    if (in_volume) {
+      add_slice(-part.slice_pitch, near);
+      add_slice(part.slice_pitch, far);
+    }
   }
   part.first = run.first;
   part.last = run.last;
