@@ -50,10 +50,11 @@ void print_levels(const Solution& solution, bool counted) {
   bool repeated = false;
   for (const LevelResult& level : solution.levels) {
     repeated = repeated || level.repeated;
-    rows.push_back({{"level", level.level},
-                    {"iterations", fmt::format("{}{}", level.iterations, level.repeated ? " *" : "")},
-                    {"moving", counted ? json(level.changed) : json()}});
-    rows.back().update(level.extent);
+    rows.push_back(
+        with_size({{"level", level.level},
+                   {"iterations", fmt::format("{}{}", level.iterations, level.repeated ? " *" : "")},
+                   {"moving", counted ? json(level.changed) : json()}},
+                  level.extent));
   }
   fmt::print("{}{}", table_text(rows, "level|size|iterations|moving:sites still moving"),
              repeated ? "  * acceleration diverged, computed again without\n" : "");
@@ -163,12 +164,12 @@ json plan_row(const Scene& scene, const Request& request, const Plan& plan) {
            {"asked_seconds", request.seconds},
            {"estimated_px", plan.solution.estimated_error}};
   for (const PlanStep& step : plan.steps) {
-    row["steps"].push_back({{"action", step.action},
-                            {"reason", step.reason},
-                            {"moved", step.moved},
-                            {"seconds", step.seconds},
-                            {"expected_error", step.expected_error}});
-    row["steps"].back().update(step.extent);
+    row["steps"].push_back(with_size({{"action", step.action},
+                                      {"reason", step.reason},
+                                      {"moved", step.moved},
+                                      {"seconds", step.seconds},
+                                      {"expected_error", step.expected_error}},
+                                     step.extent));
   }
   return row;
 }
@@ -233,24 +234,24 @@ int run_scene(Arguments& arguments, Call& call) {
                                        : std::numeric_limits<double>::quiet_NaN();
   const double largest = largest_magnitude(solution.displacement);
   const std::int64_t iterations = total_iterations(solution.levels);
-  json row{{"scene", scene.name},
-           {"title", scene.title},
-           {"backend", shared ? shared->backends() : std::string(backend.name())},
-           {"device", device.name},
-           {"method", method},
-           {"energy", scene.energy->name},
-           {"seconds", solution.timings.total()},
-           {"levels", solution.levels.size()},
-           {"iterations", iterations},
-           {"mean_energy", energy},
-           {"largest_displacement", largest},
-           {"spacing", scene.spacing},
-           {"placement", scene.placement},
-           {"warnings", warnings},
-           {"field", ""}};
-  row.update(scene.extent());
+  json row = with_size({{"scene", scene.name},
+                        {"title", scene.title},
+                        {"backend", shared ? shared->backends() : std::string(backend.name())},
+                        {"device", device.name},
+                        {"method", method},
+                        {"energy", scene.energy->name},
+                        {"seconds", solution.timings.total()},
+                        {"levels", solution.levels.size()},
+                        {"iterations", iterations},
+                        {"mean_energy", energy},
+                        {"largest_displacement", largest},
+                        {"spacing", scene.spacing},
+                        {"placement", scene.placement},
+                        {"warnings", warnings},
+                        {"field", ""}},
+                       scene.extent());
   fmt::print("{}\n{} {} of {:.4g} mm, {} on {} ({})\n\n", scene.title, scene.extent().text(),
-             scene.extent().depth > 1 ? "voxels" : "pixels", scene.spacing, method, backend.name(),
+             scene.extent().axes() == 3 ? "voxels" : "pixels", scene.spacing, method, backend.name(),
              device.name);
   if (plan) {
     row["plan"] = plan_row(scene, request, *plan);

@@ -3,6 +3,7 @@
 #include "harness/cli/arguments.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/scene/images/images.hpp"
+#include "harness/scene/row_fields.hpp"
 
 #include <array>
 
@@ -47,8 +48,7 @@ void write_pictures(const std::filesystem::path& folder, std::span<const std::st
   if (scene.extent().depth > 1) {
     const ContactSheet sheet = contact_sheet(scene.picture, displacement);
     write_png(folder / files[6], sheet.picture);
-    row["slices"] = sheet.volume;
-    row["slices"]["at"] = {planes[2].at, planes[1].at, planes[0].at};
+    row["slices"] = with_size({{"at", {planes[2].at, planes[1].at, planes[0].at}}}, sheet.volume);
   }
 }
 

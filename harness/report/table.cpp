@@ -76,11 +76,10 @@ json value_of(const json& row, std::string_view key) {
   if (const json::json_pointer place(path); row.contains(place)) {
     return row.at(place);
   }
-  if (key != "size" || !row.contains("width") || !row.contains("height")) {
-    return {};
-  }
-  const std::string size = cell(row["width"]) + " x " + cell(row["height"]);
-  return row.contains("depth") ? size + " x " + cell(row["depth"]) : size;
+  return key == "size" && row.contains("width") && row.contains("height")
+             ? json(cell(row["width"]) + " x " + cell(row["height"]) +
+                    (row.contains("depth") ? " x " + cell(row["depth"]) : ""))
+             : json();
 }
 
 std::string table_text(const json& rows, std::string_view columns) {

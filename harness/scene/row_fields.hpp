@@ -31,12 +31,13 @@ inline void to_json(nlohmann::json& written, const Placement& placement) {
   written = {{"origin", placement.origin}, {"direction", placement.axes}, {"thickness", placement.thickness}};
 }
 
-/// "depth" only of a volume.
-inline void to_json(nlohmann::json& written, const Extent& extent) {
-  written = {{"width", extent.width}, {"height", extent.height}};
+/// The row with its "width", "height" and, of a volume, "depth": how all rows tell a size.
+[[nodiscard]] inline nlohmann::json with_size(nlohmann::json row, Extent extent) {
+  row.update({{"width", extent.width}, {"height", extent.height}});
   if (extent.depth > 1) {
-    written["depth"] = extent.depth;
+    row["depth"] = extent.depth;
   }
+  return row;
 }
 
 /// The row with its "width", "height" and, of a volume, "depth": how all rows tell a size.

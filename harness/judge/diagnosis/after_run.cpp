@@ -41,7 +41,7 @@ void check_range(const Scene& scene, const VectorField& displacement, Warnings& 
     if (beyond.count > 0) {
       warn(warnings, "divergence", beyond.count, "least"_a = range.least, "most"_a = range.most,
            "component"_a = component.name, "farthest"_a = beyond.most,
-           "place"_a = place(scene.extent(), beyond.worst));
+           "place"_a = scene.extent().place(beyond.worst));
     }
   }
 }
@@ -77,7 +77,7 @@ void check_met(const Scene& scene, const VectorField& displacement, Warnings& wa
   });
   for (const auto& [kind, missed] : {std::pair("gives-way", overruled), {"not-met", not_arrived}}) {
     if (missed.count > 0) {
-      warn(warnings, kind, missed.count, "farthest"_a = missed.most, "place"_a = place(extent, missed.worst));
+      warn(warnings, kind, missed.count, "farthest"_a = missed.most, "place"_a = extent.place(missed.worst));
     }
   }
 }
@@ -100,7 +100,7 @@ void check_folding(const VectorField& displacement, Warnings& warnings) {
     return;
   }
   const auto worst = std::ranges::min_element(ratios.values);
-  const std::string where = place(ratios.extent, static_cast<std::size_t>(worst - ratios.values.begin()));
+  const std::string where = ratios.extent.place(static_cast<std::size_t>(worst - ratios.values.begin()));
   const auto cells_where = [&](auto holds) {
     return static_cast<std::size_t>(std::ranges::count_if(ratios.values, holds));
   };

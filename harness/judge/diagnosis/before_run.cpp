@@ -23,7 +23,7 @@ void check_undetermined(const Scene& scene, const Component& component, Warnings
   const Undetermined found = find_undetermined(component.thickness, component.confidence);
   if (found.sites > 0) {
     warn(warnings, "undetermined", found.sites, "component"_a = component.name,
-         "place"_a = place(scene.extent(), found.first));
+         "place"_a = scene.extent().place(found.first));
   }
 }
 
@@ -72,7 +72,7 @@ void check_conflicts(const Scene& scene, Warnings& warnings) {
   }
   if (steps.count > 0) {
     warn(warnings, "conflict", steps.count, "folds"_a = folds, "tears"_a = steps.count - folds,
-         "most"_a = steps.most, "place"_a = place(extent, steps.worst));
+         "most"_a = steps.most, "place"_a = extent.place(steps.worst));
   }
 }
 
@@ -236,7 +236,7 @@ void check_contrast(const Scene& scene, Warnings& warnings) {
   const Seen contrast = largest_contrast(scene.full);
   const double r = contrast.most;
   const double lag = ((1.0 + r) * (1.0 + r) + 4.0) / (3.0 + r);
-  const std::string where = place(scene.extent(), contrast.worst);
+  const std::string where = scene.extent().place(contrast.worst);
   const StepSizes steps = step_sizes(scene.full.steps);
   const double largest_energy = 6.0 * std::pow((1.0 + r) * std::max(1.0, steps.largest), 2.0);
   const bool overflows = largest_energy > double{std::numeric_limits<float>::max()};
@@ -268,7 +268,7 @@ void check_elastic_cycles(const Scene& scene, Warnings& warnings) {
   const Seen contrast = largest_contrast(scene.full);
   if (contrast.most > most && scene.schedule.method == elastic_full_multigrid) {
     warn(warnings, "stalling-cycles", std::nullopt, "ratio"_a = contrast.most,
-         "place"_a = place(scene.extent(), contrast.worst), "most"_a = most);
+         "place"_a = scene.extent().place(contrast.worst), "most"_a = most);
   }
 }
 

@@ -54,13 +54,6 @@ double quantum(const Scene& scene) {
   return has_candidates ? step_sizes(scene.full.steps).smallest : 0.0;
 }
 
-std::string place(Extent extent, std::size_t site) {
-  const std::size_t row = extent.index(0, 1);
-  const std::size_t slice = row * static_cast<std::size_t>(extent.height);
-  return fmt::format("x = {}, y = {}", site % row, site % slice / row) +
-         (extent.axes() == 3 ? fmt::format(", z = {}", site / slice) : "");
-}
-
 std::vector<float> distance_to_nearest(Extent extent, std::span<const float> counted, float diagonal) {
   std::vector<float> distance(extent.sites());
   std::ranges::transform(counted, distance.begin(), [&](float value) {

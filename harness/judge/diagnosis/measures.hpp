@@ -79,9 +79,6 @@ struct StepSizes {
 /// has candidates, else 0.
 [[nodiscard]] double quantum(const Scene& scene);
 
-/// "x = 3, y = 4", in a volume also z.
-[[nodiscard]] std::string place(Extent extent, std::size_t site);
-
 /// Distance to the nearest counted site (a value > 0) in sites along a path of straight steps and of diagonal
 /// ones, each as long as it says; width + height where there is none.
 [[nodiscard]] std::vector<float> distance_to_nearest(Extent extent, std::span<const float> counted,
