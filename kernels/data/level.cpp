@@ -26,16 +26,10 @@ const Energy thesis_energy{.name = "hdm",
 
 namespace {
 
-/// "300 x 200", or "300 x 200 x 100" of a volume.
-std::string size_text(Extent extent) {
-  return fmt::format("{} x {}", extent.width, extent.height) +
-         (extent.axes() > 2 ? fmt::format(" x {}", extent.depth) : "");
-}
-
 void require_size(std::size_t values, Extent found, Extent extent, const char* what) {
   if (found != extent || values != extent.sites()) {
-    throw InputError(fmt::format("{} is {} with {} values, the scene is {}", what, size_text(found), values,
-                                 size_text(extent)));
+    throw InputError(
+        fmt::format("{} is {} with {} values, the scene is {}", what, found.text(), values, extent.text()));
   }
 }
 
@@ -45,11 +39,9 @@ void require(const std::vector<float>& values, Extent extent, const char* what, 
              Predicate holds) {
   const auto found = std::ranges::find_if_not(values, holds);
   if (found != values.end()) {
-    const auto index = static_cast<int>(found - values.begin());
-    const int row = index / extent.width;
-    const std::string slice = extent.axes() > 2 ? fmt::format(", z = {}", row / extent.height) : "";
-    throw InputError(fmt::format("{} at x = {}, y = {}{} is {}, it must be {}", what, index % extent.width,
-                                 row % extent.height, slice, *found, rule));
+    throw InputError(fmt::format("{} at {} is {}, it must be {}", what,
+                                 extent.place(static_cast<std::size_t>(found - values.begin())), *found,
+                                 rule));
   }
 }
 
@@ -75,10 +67,10 @@ bool is_finite(float value) {
 
 void require_sides(Extent extent) {
   if (extent.axes() > 2 && std::min({extent.width, extent.height, extent.depth}) < 2) {
-    throw InputError(fmt::format("the volume is {} voxels, each side must be at least 2", size_text(extent)));
+    throw InputError(fmt::format("the volume is {} voxels, each side must be at least 2", extent.text()));
   }
   if (extent.width < 1 || extent.height < 1 || extent.depth < 1) {
-    throw InputError(fmt::format("the image is {} pixels, each must be at least 1", size_text(extent)));
+    throw InputError(fmt::format("the image is {} pixels, each must be at least 1", extent.text()));
   }
 }
 
