@@ -297,12 +297,12 @@ int run_scene(Arguments& arguments, Call& call) {
 } // namespace
 
 void add_run(CLI::App& program, Call& call) {
-  const auto [command, own] =
-      declare(program, call, "run",
-              "Solve one scene; write the displacement as NRRD, and the picture before and after, the\n"
-              "deformed grid and the displacement's magnitude and change of area or volume as PNG; say what speaks\n"
-              "against the result.",
-              run_scene);
+  const auto [command, own] = declare(
+      program, call, "run",
+      "Solve one scene; write the displacement as NRRD, and the picture before and after, the\n"
+      "deformed grid and the displacement's magnitude and change of area or volume as PNG; say what speaks\n"
+      "against the result.",
+      run_scene);
   own.scene.schedule.takes_energy = true;
   own.scene.add_scene_to(command);
   own.scene.add_backend_to(command);

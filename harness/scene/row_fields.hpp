@@ -40,12 +40,6 @@ inline void to_json(nlohmann::json& written, const Placement& placement) {
   return row;
 }
 
-/// The row with its "width", "height" and, of a volume, "depth": how all rows tell a size.
-[[nodiscard]] inline nlohmann::json with_size(nlohmann::json row, Extent extent) {
-  row.update(nlohmann::json(extent));
-  return row;
-}
-
 /// Without the members of objects that are null, at any depth. As deep as our own documents, so recursion
 /// does.
 // NOLINTNEXTLINE(misc-no-recursion)
