@@ -18,6 +18,19 @@ std::span<const char* const> pictures_of(const Scene& scene) {
   return std::span(picture_names).first(!is_inspected(scene.extent()) ? 0 : scene.extent().depth > 1 ? 6 : 5);
 }
 
+/// A slice across x or y with its last row first: z leads up in the pictures, as heads stand.
+ScalarField upright(const ScalarField& slice, const Plane& plane) {
+  if (plane.axis == 2) {
+    return slice;
+  }
+  ScalarField turned(slice.extent);
+  for (int row = 0; row < slice.extent.height; ++row) {
+    std::copy_n(slice.values.data() + slice.extent.index(0, row), slice.extent.width,
+                turned.values.data() + slice.extent.index(0, slice.extent.height - 1 - row));
+  }
+  return turned;
+}
+
 /// Of a volume what `draw` makes of each of its planes to show, beside each other. `files`: as file_names()
 /// has them. The row of a volume is told how the slices lie in their picture.
 void write_pictures(const std::filesystem::path& folder, std::span<const std::string> files,
@@ -25,7 +38,8 @@ void write_pictures(const std::filesystem::path& folder, std::span<const std::st
   const std::vector<Plane> planes = planes_to_show(displacement);
   const auto drawn = [&](const auto& draw) {
     std::vector<ScalarField> slices;
-    std::ranges::transform(planes, std::back_inserter(slices), draw);
+    std::ranges::transform(planes, std::back_inserter(slices),
+                           [&](const Plane& plane) { return upright(draw(plane), plane); });
     return side_by_side(slices);
   };
   const auto slices_of = [&](const ScalarField& field) {
