@@ -260,7 +260,8 @@ private:
 FixedPoint solve_fixed_point(const Level& level) {
   validate(level);
   if (level.extent.axes() == 3) {
-    throw InputError("the fixed point of the thesis's energy is solved for images only, and this is a volume");
+    throw InputError(
+        "the fixed point of the thesis's energy is solved for images only, and this is a volume");
   }
   FixedPoint result{.displacement = ReferenceField(level.extent)};
   const auto add = [&](const Component& component, std::vector<double>& displacement) {

@@ -110,8 +110,9 @@ TEST_F(Colin, SinksUnderAnOpeningOfTheSkullThatHoldsTheRest) {
     const Level& full = head.full;
     const Extent extent = size.value_or(Extent{181, 217, 181});
     ASSERT_EQ(full.extent, extent);
-    EXPECT_NEAR(head.spacing, 181.0 / extent.width, 1e-12);
-    const double first = 0.5 * head.spacing - 0.5; // from the file's first voxel
+    const double spacing = std::max(181.0 / extent.width, 217.0 / extent.height);
+    EXPECT_NEAR(head.spacing, spacing, 1e-12);
+    const double first = 0.5 * (181.0 - 1.0 - spacing * (extent.width - 1)); // from the file's first voxel
     EXPECT_EQ(head.placement.axes[0], (Placement::Vector{-1.0, 0.0, 0.0}));
     EXPECT_NEAR(head.placement.origin[0], 90.0 - first, 1e-6);
     std::array<double, 5> share{};

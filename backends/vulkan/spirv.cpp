@@ -28,10 +28,10 @@ namespace {
 std::span<const std::uint32_t> text_of(const ProgramKind& kind) {
   const EnergyPrograms& programs = programs_of(*kind.energy);
   using Text = std::span<const std::uint32_t>;
-  const std::array<Text, 7> in_order_of_kernel{programs.vulkan_sweep,         levels_vulkan,
-                                               programs.vulkan_coarse_levels, elastic_vulkan,
-                                               elastic_coarse_vulkan,         elastic_volume_vulkan,
-                                               loops_vulkan};
+  const std::array<Text, 7> in_order_of_kernel{
+      programs.vulkan_sweep, levels_vulkan,         programs.vulkan_coarse_levels,
+      elastic_vulkan,        elastic_coarse_vulkan, elastic_volume_vulkan,
+      loops_vulkan};
   return in_order_of_kernel.at(static_cast<std::size_t>(kind.kernel));
 }
 

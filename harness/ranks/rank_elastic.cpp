@@ -38,7 +38,8 @@ ElasticLevel part_of(const ElasticLevel& level, const Rectangle& part) {
       if (x >= 0 && x < cells.width) {
         masked.x.push_back(x);
         const float* const matrix = level.masked.matrix(i);
-        masked.stiffness.insert(masked.stiffness.end(), matrix, matrix + masked.components * masked.components);
+        masked.stiffness.insert(masked.stiffness.end(), matrix,
+                                matrix + masked.components * masked.components);
       }
     }
   }

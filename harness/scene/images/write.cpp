@@ -98,10 +98,13 @@ void write_scalar(const std::filesystem::path& file, const ScalarField& field, d
 void write_vector(const std::filesystem::path& file, const VectorField& field, double spacing,
                   const Placement& placement) {
   std::vector<float> values;
+  const std::size_t axes = field.extent.axes();
   for (std::size_t site = 0; site < field.extent.sites(); ++site) {
-    values.insert(values.end(), {field[0][site], field[1][site]});
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      values.push_back(field[axis][site]);
+    }
   }
-  images::write_pixels(file, geometry_of(file, field.extent, 2, spacing, placement), values);
+  images::write_pixels(file, geometry_of(file, field.extent, axes, spacing, placement), values);
 }
 
 void write_labels(const std::filesystem::path& file, const LabelField& labels, double spacing,

@@ -30,7 +30,9 @@ struct ElasticVolume : Elastic<Scalar> {
 #undef HDM_NUMBER
 
   /// lambda / mu: volumes have no other number of nu.
-  static real lame_ratio(double nu) { return static_cast<real>(2.0 * nu / (1.0 - 2.0 * nu)); }
+  static real lame_ratio(double nu) {
+    return static_cast<real>(2.0 * nu / (1.0 - 2.0 * nu));
+  }
 };
 
 /// As backends compute it.
