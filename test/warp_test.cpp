@@ -82,24 +82,28 @@ TEST(Warp, VolumesMoveAlongAllAxesAndAPlaneIsThatOfTheWhole) {
 }
 
 TEST(Slices, AreWhereTheVolumeMovesMost) {
-  VectorField field({5, 4, 3});
+  VectorField field({6, 4, 4});
   field[0][field.extent.index(4, 1, 2)] = 1.0F;
   field[2][field.extent.index(4, 1, 2)] = -3.0F;
   field[1][field.extent.index(0, 0, 0)] = 3.1F;
   std::vector<ScalarField> slices;
   for (const Plane& plane : planes_to_show(field)) {
     const VectorField within = slice_of(field, plane);
-    EXPECT_EQ(within.extent, (std::array{Extent{4, 3}, Extent{5, 3}, Extent{5, 4}}[plane.axis]));
+    EXPECT_EQ(within.extent, (std::array{Extent{4, 4}, Extent{6, 4}, Extent{6, 4}}[plane.axis]));
     EXPECT_EQ(std::ranges::max(magnitude_of(within).values),
               plane.axis == 2 ? 1.0F : std::hypot(plane.axis == 1 ? 1.0F : 0.0F, 3.0F));
     slices.push_back(slice_of(magnitude_of(field), plane));
   }
   const ScalarField row = side_by_side(slices);
-  EXPECT_EQ(row.extent, (Extent{14, 4}));
-  for (const auto& [x, y] : {std::pair{4, 1}, {5 + 4, 2}, {10 + 1, 2}}) {
+  EXPECT_EQ(row.extent, (Extent{16, 4}));
+  for (const auto& [x, y] : {std::pair{4, 1}, {6 + 4, 2}, {12 + 1, 2}}) {
     EXPECT_EQ(row.values[row.extent.index(x, y)], std::hypot(1.0F, 3.0F));
   }
-  EXPECT_EQ(std::ranges::count(row.values, 0.0F), 14 * 4 - 3);
+  EXPECT_EQ(std::ranges::count(row.values, 0.0F), 16 * 4 - 3);
+  field[1][field.extent.index(5, 3, 0)] = 9.0F;
+  const std::vector<Plane> planes = planes_to_show(field);
+  EXPECT_EQ((std::array{planes[2].at, planes[1].at, planes[0].at}), (std::array{3, 2, 2}))
+      << "a corner shows nothing: the middle";
   EXPECT_EQ(planes_to_show(VectorField({6, 4})).size(), 1U) << "an image is its own slice";
   // A large volume is shown by some of its sites, and what moves there moves by as many fewer of them.
   ScalarField picture({150, 100, 2}, 50.0F);

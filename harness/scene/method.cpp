@@ -98,8 +98,11 @@ constexpr std::array all_elastic{
     Method{elastic_sweeps, "damped Jacobi sweeps over the full resolution, no levels", "sweeps", 50,
            no_options, elastic}};
 
-constexpr RegisteredEnergy hdm{
-    .name = "hdm", .summary = "the thesis", .methods = all, .of_sites = &thesis_energy};
+constexpr RegisteredEnergy hdm{.name = "hdm",
+                               .summary = "the thesis",
+                               .methods = all,
+                               .of_sites = &thesis_energy,
+                               .takes_volumes = true};
 constexpr RegisteredEnergy plane_stress{.name = "elastic",
                                         .summary = "plane stress",
                                         .methods = all_elastic,

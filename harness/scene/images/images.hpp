@@ -135,8 +135,8 @@ struct Plane {
 [[nodiscard]] ScalarField slice_of(const ScalarField& field, const Plane& plane);
 /// The two components in the plane.
 [[nodiscard]] VectorField slice_of(const VectorField& field, const Plane& plane);
-/// Across z, y and x, through the site that moves farthest, or the middle where none moves; of an image its
-/// only one.
+/// Across z, y and x, through the site that moves farthest, or the middle where none moves or that site is on
+/// the border, of which a slice shows little; of an image its only one.
 [[nodiscard]] std::vector<Plane> planes_to_show(const VectorField& displacement);
 /// Pictures in a row, 0 below those that are not as high.
 [[nodiscard]] ScalarField side_by_side(std::span<const ScalarField> pictures);

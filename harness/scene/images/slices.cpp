@@ -67,13 +67,15 @@ std::vector<Plane> planes_to_show(const VectorField& displacement) {
   if (depth == 1) {
     return {Plane{}};
   }
-  std::array<int, 3> at{width / 2, height / 2, depth / 2};
+  const std::array<int, 3> middle{width / 2, height / 2, depth / 2};
+  std::array<int, 3> at = middle;
   double farthest = 0.0;
   for_each_site(displacement.extent, [&](int x, int y, int z) {
     const double length = length_at(displacement, displacement.extent.index(x, y, z));
     if (length > farthest) {
       farthest = length;
-      at = {x, y, z};
+      const bool is_inside = x > 0 && y > 0 && z > 0 && x + 1 < width && y + 1 < height && z + 1 < depth;
+      at = is_inside ? std::array{x, y, z} : middle;
     }
   });
   return {{2, at[2]}, {1, at[1]}, {0, at[0]}};
