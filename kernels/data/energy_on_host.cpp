@@ -23,7 +23,7 @@ auto at_site(const Level& level, const VectorField& displacement, int x, int y, 
 }
 
 PriorAtSite prior(const Level& level, const VectorField& displacement, int x, int y, int z) {
-  return at_site<float>(level, displacement, x, y, z, []<typename Energy>(const Energy::Site& site) {
+  return at_site<float>(level, displacement, x, y, z, []<typename Energy>(const typename Energy::Site& site) {
     const typename Energy::Prior found = Energy::prior_of(site);
     PriorAtSite result;
     for (std::size_t axis = 0; axis < Energy::axes; ++axis) {
@@ -35,35 +35,38 @@ PriorAtSite prior(const Level& level, const VectorField& displacement, int x, in
 }
 
 float site_energy(const Level& level, const VectorField& displacement, int x, int y, int z) {
-  return at_site<float>(level, displacement, x, y, z,
-                        []<typename Energy>(const Energy::Site& site) { return Energy::site_energy(site); });
+  return at_site<float>(level, displacement, x, y, z, []<typename Energy>(const typename Energy::Site& site) {
+    return Energy::site_energy(site);
+  });
 }
 
 std::array<float, 3> improved(const Level& level, const VectorField& displacement, int x, int y, int z) {
-  return at_site<float>(level, displacement, x, y, z, [&]<typename Energy>(const Energy::Site& site) {
-    const typename Energy::Displacement next = Energy::moved_displacement(
-        Energy::rule_steps, true, site, {}, {}, level.steps.padded().data(), level.steps.count());
-    std::array<float, 3> result{};
-    for (std::size_t axis = 0; axis < Energy::axes; ++axis) {
-      result[axis] = next.*Energy::of_axis[axis].moved;
-    }
-    return result;
-  });
+  return at_site<float>(
+      level, displacement, x, y, z, [&]<typename Energy>(const typename Energy::Site& site) {
+        const typename Energy::Displacement next = Energy::moved_displacement(
+            Energy::rule_steps, true, site, {}, {}, level.steps.padded().data(), level.steps.count());
+        std::array<float, 3> result{};
+        for (std::size_t axis = 0; axis < Energy::axes; ++axis) {
+          result[axis] = next.*Energy::of_axis[axis].moved;
+        }
+        return result;
+      });
 }
 
 std::array<double, 3> missing(const Level& level, const VectorField& displacement, int x, int y, int z) {
-  return at_site<double>(level, displacement, x, y, z, []<typename Energy>(const Energy::Site& site) {
-    const typename Energy::Prior found = Energy::prior_of(site);
-    std::array<double, 3> result{};
-    for (std::size_t axis = 0; axis < Energy::axes; ++axis) {
-      const auto& of = Energy::of_axis[axis];
-      const double centre = (site.*of.displacement).centre;
-      result[axis] = Energy::closed_form(centre, found.*of.gradient, 1.0 / found.*of.curvature,
-                                         site.*of.target, site.penalty * site.*of.confidence, 1.0) -
-                     centre;
-    }
-    return result;
-  });
+  return at_site<double>(
+      level, displacement, x, y, z, []<typename Energy>(const typename Energy::Site& site) {
+        const typename Energy::Prior found = Energy::prior_of(site);
+        std::array<double, 3> result{};
+        for (std::size_t axis = 0; axis < Energy::axes; ++axis) {
+          const auto& of = Energy::of_axis[axis];
+          const double centre = (site.*of.displacement).centre;
+          result[axis] = Energy::closed_form(centre, found.*of.gradient, 1.0 / found.*of.curvature,
+                                             site.*of.target, site.penalty * site.*of.confidence, 1.0) -
+                         centre;
+        }
+        return result;
+      });
 }
 
 void set_inverse_curvature(Level& level, int y, int z) {
