@@ -137,39 +137,6 @@ TEST_F(Colin, SinksUnderAnOpeningOfTheSkullThatHoldsTheRest) {
   }
 }
 
-TEST_F(Colin, FillsTheGridWithClassesOfRisingBrightness) {
-  for (const int classes : {3, 4}) {
-    for (const Extent size : {Extent{300, 300}, Extent{400, 200}}) {
-      const auto slice = brain(size, classes);
-      ASSERT_EQ(slice.tissue.extent, size);
-      Extent low = size;
-      Extent high{};
-      std::vector<double> sum(static_cast<std::size_t>(classes) + 1);
-      std::vector<int> count(sum.size());
-      for_each_site(size, [&](int x, int y) {
-        const std::size_t site = size.index(x, y);
-        const auto label = static_cast<std::size_t>(slice.tissue.values[site]);
-        sum.at(label) += double{slice.picture.values[site]};
-        ++count[label];
-        if (label > 0) {
-          low = {std::min(low.width, x), std::min(low.height, y)};
-          high = {std::max(high.width, x), std::max(high.height, y)};
-        }
-      });
-      EXPECT_EQ(sum[0], 0.0);
-      for (std::size_t label = 1; label < sum.size(); ++label) {
-        EXPECT_GT(count[label], 1000);
-        EXPECT_GT(sum[label] / count[label], sum[label - 1] / count[label - 1]) << label;
-      }
-      EXPECT_NEAR(low.width + high.width, size.width - 1, 2);
-      EXPECT_NEAR(low.height + high.height, size.height - 1, 2);
-      const int free =
-          std::min({low.width, low.height, size.width - 1 - high.width, size.height - 1 - high.height});
-      EXPECT_NEAR(free, margin_ * std::min(size.width, size.height), 2);
-    }
-  }
-}
-
 TEST_F(Colin, IsTheShippedSceneWithItsSliceClassesAndMargin) {
   const Extent size{100, 80};
   const Scene scene = load_scene("brain", {.size = size});

@@ -1,14 +1,9 @@
-// Methods: their names and options, and how near they come. golden holds that all backends give the same
-// bits.
+// What methods do where they are hard put to it, and when they stop. Golden hashes hold what they give, and
+// tools_test that scene files name them and their options.
 
 #include "harness/scene/method.hpp"
 
-#include "harness/judge/truths.hpp"
-#include "harness/measure/bench.hpp"
-#include "harness/scene/level_sequence.hpp"
 #include "harness/scene/sites.hpp"
-#include "reference/fixed_point.hpp"
-#include "test/files.hpp"
 #include "test/sessions.hpp"
 
 namespace hdmbench {
@@ -17,41 +12,6 @@ namespace {
 Scene with(Scene scene, std::string_view method, std::optional<int> iterations = std::nullopt) {
   use_method(scene, find_method(method), iterations);
   return scene;
-}
-
-TEST(Methods, AreReadFromSceneFiles) {
-  const test::TemporaryFolder folder;
-  const auto load = [&](const std::string& schedule) {
-    return load_scene(
-        folder
-            .write("scene.toml", "size = [8, 6]\n[[tissue]]\nlabel = 1\nmodulus = 2.0\n[[shape]]\n"
-                                 "kind = \"everything\"\nlabel = 1\n[schedule]\n" +
-                                     schedule)
-            .string());
-  };
-  const Scene scene = load("method = \"annealing\"\ntemperatures = [8.0, 0.5]\nseed = 5\n");
-  EXPECT_EQ(scene.schedule.iterations, find_method("annealing").usual_effort);
-  EXPECT_EQ(scene.schedule.cooling.highest, 8.0);
-  EXPECT_EQ(scene.schedule.cooling.lowest, 0.5);
-  EXPECT_EQ(scene.full.seed, 5);
-  EXPECT_EQ(scene.schedule.rule, Rule::annealing);
-  EXPECT_EQ(load("method = \"closed-form\"\nrelaxation = 0.5\n").schedule.relaxation.factor, 0.5);
-  EXPECT_EQ(load("update = \"coloured\"\n").full.update, Update::coloured);
-  EXPECT_THROW((void)load("method = \"cascade\"\nrelaxation = 0.5\n"), InputError);
-  EXPECT_THROW((void)load("method = \"magic\"\n"), InputError);
-}
-
-TEST(Cascade, IsNearTheFixedPointForThreeSweeps) {
-  const std::pair<const char*, double> scenes[]{
-      {"square", 0.05}, {"circular", 0.16}, {"circular-radial", 0.4}};
-  for (const auto& [name, most] : scenes) {
-    const Scene scene = with(load_scene(name, {.size = Extent{300, 300}}), "cascade");
-    const Solution solution = test::solved(scene, "openmp");
-    EXPECT_LT(total_site_updates(solution.levels), 4.0 * 300 * 300) << name;
-    EXPECT_LT(rmsd(ReferenceField(solution.displacement), solve_fixed_point(scene.full).displacement), most)
-        << name;
-    EXPECT_TRUE(std::ranges::none_of(solution.levels, &LevelResult::repeated)) << name;
-  }
 }
 
 /// Stiff and soft layers in turn, aslant, so that their edges are stairs: the system has complex eigenvalues.

@@ -30,27 +30,6 @@ TEST(PriorWeight, IsAFactorOnK) {
   EXPECT_GT(compare(solve_on(load_scene("random", {.size = Extent{12, 12}})), solve_on(scene)).sites, 0);
 }
 
-// A.2
-
-class Positions : public ImageFiles {};
-
-TEST_F(Positions, OfAnImageAreDisplacementPlusThePixel) {
-  const VectorField displacement = some_displacement({7, 5});
-  VectorField positions = displacement;
-  for_each_site(positions.extent, [&](int x, int y) {
-    positions[0][positions.extent.index(x, y)] += static_cast<float>(x);
-    positions[1][positions.extent.index(x, y)] += static_cast<float>(y);
-  });
-  write_vector(path("positions.nrrd"), positions, 0.5);
-  const auto read = read_positions(path("positions.nrrd"));
-  EXPECT_EQ(read.spacing, 0.5);
-  EXPECT_EQ(compare(positions, read.pixels).sites, 0) << "writing and reading keep every bit";
-  EXPECT_LT(compare(displacement, displacements_from_positions(read.pixels)).largest, 1e-5);
-  write_nrrd("nan.nrrd", "float", "2 1 1", "0 nan", "kinds: vector domain domain\n");
-  expect_refusal([&] { (void)read_positions(path("nan.nrrd")); }, "nan.nrrd: the position at x = 0, y = 0");
-  expect_refusal([&] { (void)read_positions(path("none.nrrd")); }, "there is no such file");
-}
-
 // A.3, A.6
 
 TEST_F(ImageFiles, APictureRangeShowsDarkPicturesAsTheyAre) {
@@ -91,15 +70,6 @@ TEST(EnergyPlane, EveryValueIsTheTotalEnergy) {
   }
 }
 
-TEST(EnergyPlane, TheTwoPixelImageHasItsMinimumAtTheTargets) {
-  const Scene scene = load_scene("square", {.size = Extent{2, 1}});
-  const EnergyPlane plane =
-      energy_plane(scene.full, scene.start_field(),
-                   {.sites = {{{0, 0}, {1, 0}}}, .low = -75.0, .high = 25.0, .points = 101});
-  EXPECT_EQ(plane.lowest_first(), -50.0F);
-  EXPECT_EQ(plane.lowest_second(), 0.0F);
-}
-
 // A.7
 
 TEST(Tune, AFlatScanIsAllThatIsDone) {
@@ -131,6 +101,9 @@ void expect_good(const std::string& arguments, std::string_view part) {
 }
 
 TEST_F(Tools, WhatExportWritesIsTheSameProblem) {
+  expect_good("export square --size 20 --fem --output " + at("fem"), "displacement-fem.nrrd");
+  const VectorField fem = read_vector(path("fem/displacement-fem.nrrd")).pixels;
+  EXPECT_EQ(fem[0][fem.extent.index(0, 7)], -50.0F) << "as prescribed";
   for (const auto& [name, options, run] :
        {std::tuple{"circular-radial", "--size 33x21 --prior-weight 0.4 --iterations 9", ""},
         {"random", "--size 33x21 --penalty 0.1 --prior-weight 0.3", ""},
@@ -138,8 +111,10 @@ TEST_F(Tools, WhatExportWritesIsTheSameProblem) {
         {"tie-rich", "--size 24 --steps fine", ""},
         {"square", "--size 16 --update sequential --alignment center --start-level 2 --stop still",
          " --backend scalar"},
-        {"square", "--size 20 --method closed-form", ""},
-        {"square", "--size 20 --method annealing", ""}}) {
+        {"square", "--size 20 --method closed-form --relaxation 0.5", ""},
+        {"random", "--size 20 --method cascade", ""},
+        {"square", "--size 20 --update coloured", ""},
+        {"square", "--size 20 --method annealing --temperatures 8,0.5 --seed 5", ""}}) {
     const std::string scene = fmt::format("{} {}", name, options);
     expect_good("export " + scene + " --output " + at("scene"), "scene.toml");
     expect_good("run " + at("scene/scene.toml") + run + " --output " + at("again"), "mean energy");
@@ -149,13 +124,6 @@ TEST_F(Tools, WhatExportWritesIsTheSameProblem) {
     EXPECT_EQ(compare(first.pixels, again.pixels).sites, 0) << scene;
     EXPECT_GT(largest_magnitude(first.pixels), 0.1) << "something must have moved";
   }
-}
-
-TEST_F(Tools, ExportCanHaveTheFiniteElements) {
-  expect_good("export square --size 20 --fem --output " + at("scene"), "displacement-fem.nrrd");
-  const auto field = read_vector(path("scene/displacement-fem.nrrd")).pixels;
-  EXPECT_EQ(field.extent, (Extent{20, 20}));
-  EXPECT_EQ(field[0][field.extent.index(0, 7)], -50.0F) << "as prescribed";
 }
 
 TEST_F(Tools, FemToImage) {
@@ -185,6 +153,19 @@ TEST_F(Tools, PositionsToDisplacements) {
   EXPECT_EQ(image.spacing, 0.5);
   EXPECT_EQ(image.pixels[0], (std::vector<float>{0, 0, 0, 1}));
   EXPECT_EQ(image.pixels[1], (std::vector<float>{0, 0, 0, -2.5}));
+
+  const VectorField displacement = some_displacement({7, 5});
+  VectorField positions = displacement;
+  for_each_site(positions.extent, [&](int x, int y) {
+    positions[0][positions.extent.index(x, y)] += static_cast<float>(x);
+    positions[1][positions.extent.index(x, y)] += static_cast<float>(y);
+  });
+  write_vector(path("positions.nrrd"), positions, 0.5);
+  expect_good("positions-to-displacements " + at("positions.nrrd") + " " + at("o.nrrd"), "of 0.5 mm");
+  EXPECT_LT(compare(displacement, read_displacement(path("o.nrrd")).pixels).largest, 1e-5);
+  write_nrrd("nan.nrrd", "float", "2 1 1", "0 nan", "kinds: vector domain domain\n");
+  test::expect_run(2, "positions-to-displacements " + at("nan.nrrd") + " " + at("p.nrrd"),
+                   HasSubstr("nan.nrrd: the position at x = 0, y = 0"));
 }
 
 TEST_F(Tools, EnergyPlot) {

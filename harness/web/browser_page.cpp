@@ -36,19 +36,7 @@ std::string base64_of(std::initializer_list<const std::vector<float>*> arrays) {
   return report::base64({reinterpret_cast<const char*>(all.data()), all.size() * sizeof(float)});
 }
 
-/// As scalar.cpp wants it: four floats for each column, then each row.
-std::vector<float> entries(Extent coarse, Extent fine, Alignment alignment) {
-  std::vector<float> all;
-  for (const auto& [from, to] : {std::pair{coarse.width, fine.width}, {coarse.height, fine.height}}) {
-    for (const Interpolation& entry : interpolations(from, to, alignment)) {
-      all.insert(all.end(),
-                 {static_cast<float>(entry.first), static_cast<float>(entry.second), entry.weight, 0.0F});
-    }
-  }
-  return all;
-}
-
-/// The levels as follow.js reads them, and the hash of the field that scalar ends with here.
+/// The levels as follow.js reads them: what scalar begins each with here, and the hash of what it ends with.
 json data_of(const Scene& scene) {
   const Level& full = scene.full;
   LevelSequence sequence(scene);
@@ -56,30 +44,24 @@ json data_of(const Scene& scene) {
   const std::unique_ptr<Session> session = backend->open({});
   json levels = json::array();
   VectorField field;
-  std::vector<float> projection; // onto the level
   for (const int index : sequence.order()) {
     const VectorField begin = sequence.begin(index, field);
     const Level& level = sequence.sample(index);
-    const VectorField start = scene.start ? scene.start_at(level.extent) : VectorField();
     const int sweeps = sequence.iterations(index) * sweeps_per_iteration(level);
-    if (field.extent != Extent{}) {
-      projection = entries(field.extent, level.extent, scene.schedule.alignment);
-    }
+    session->load(level);
+    session->write(begin);
+    session->step(sweeps);
+    session->read(field);
     levels.push_back(
         {{"index", index},
          {"width", level.extent.width},
          {"height", level.extent.height},
          {"sweeps", sweeps},
          {"strengths", level.strengths},
-         {"arrays", base64_of({&level.modulus.values, &level.inverse_modulus.values, &level.target[0],
-                               &level.target[1], &level.confidence[0], &level.confidence[1],
+         {"arrays", base64_of({&begin[0], &begin[1], &level.modulus.values, &level.inverse_modulus.values,
+                               &level.target[0], &level.target[1], &level.confidence[0], &level.confidence[1],
                                &level.inverse_curvature[0], &level.inverse_curvature[1]})},
-         {"start", base64_of({&start[0], &start[1]})},
-         {"entries", base64_of({&projection})}});
-    session->load(level);
-    session->write(begin);
-    session->step(sweeps);
-    session->read(field);
+         {"hash", fmt::format("{:016x}", state_hash(field))}});
   }
   return {{"name", scene.name},
           {"method", scene.schedule.method},
@@ -93,7 +75,6 @@ json data_of(const Scene& scene) {
           {"seed", full.seed},
           {"steps", full.steps.values()},
           {"shader", gl::assemble(sources::sweep_webgl, shader_constants(sequence.sample(0)))},
-          {"hash", fmt::format("{:016x}", state_hash(field))},
           {"levels", std::move(levels)}};
 }
 

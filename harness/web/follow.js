@@ -26,7 +26,6 @@ class Scalar {
     for (let i = 0; i * sites < level.arrays.length; ++i) {
       this.view(calls.array(i), sites).set(level.arrays.subarray(i * sites, (i + 1) * sites));
     }
-    if (level.entries.length > 0) { calls.project(this.give(level.entries)); }
     this.find(sites);
   }
 
@@ -39,8 +38,8 @@ class Scalar {
 
   /** The newest field: a sweep swaps two, and growing moves the memory. */
   find(sites) {
-    this.x = this.view(this.calls.array(8), sites);
-    this.y = this.view(this.calls.array(9), sites);
+    this.x = this.view(this.calls.array(0), sites);
+    this.y = this.view(this.calls.array(1), sites);
   }
 
   turn(number) { return Float32Array.from(this.view(this.calls.turn(number), 4)); }
@@ -118,11 +117,11 @@ class Gpu {
     };
     this.level = level;
     this.texels = new Float32Array(4 * sites);
-    this.image = texels(8, 8, 1); // 8: not there, 0
+    this.image = texels(0, 1, 3);
     this.read_from = this.texture(level.width, level.height, this.image);
     this.drawn_to = this.texture(level.width, level.height, null);
-    this.observation = this.texture(level.width, level.height, texels(2, 3, 0));
-    this.confidence = this.texture(level.width, level.height, texels(4, 5, 6, 7));
+    this.observation = this.texture(level.width, level.height, texels(4, 5, 2));
+    this.confidence = this.texture(level.width, level.height, texels(6, 7, 8, 9));
     const program = this.program(scene.shader);
     gl.useProgram(program);
     const place = (name) => gl.getUniformLocation(program, name);
@@ -222,38 +221,29 @@ async function follow(scalar, gpu, scene, mode, step) {
     row.reason = "textures here are at most " + gpu.largest + " texels a side";
     return row;
   }
-  let before = null; // x, y of the start on the level before
   let moves = 0;
   for (const level of scene.levels) {
-    const sites = level.width * level.height;
-    if (before) { // what the level before has changed of the start
-      scalar.x.forEach((value, i) => { scalar.x[i] = value - before[i]; });
-      scalar.y.forEach((value, i) => { scalar.y[i] = value - before[scalar.y.length + i]; });
-    }
     scalar.load(scene, level);
-    if (level.start.length > 0) {
-      scalar.x.forEach((value, i) => { scalar.x[i] = value + level.start[i]; });
-      scalar.y.forEach((value, i) => { scalar.y[i] = value + level.start[sites + i]; });
-      before = level.start;
-    }
     gpu.load(scene, level);
-    gpu.write(scalar.x, scalar.y);
     for (let sweep = 0; sweep < level.sweeps; ++sweep) {
       if (mode === "resync") { gpu.write(scalar.x, scalar.y); }
       gpu.sweep(scalar.turn(sweep));
-      moves += scalar.sweep(sweep, sites);
+      moves += scalar.sweep(sweep, level.width * level.height);
       compare(row, scalar, gpu.read(), level, 1 + Math.floor(sweep / scene.sweeps_per_iteration));
       ++row.sweeps;
     }
     ++row.levels;
     row.iterations = row.sweeps / scene.sweeps_per_iteration;
+    const hash = state_hash(level.width, level.height, scalar.x, scalar.y);
+    if (hash !== level.hash) {
+      row.reason = "scalar in WebAssembly ends level " + level.index + " with " + hash +
+        ", on the machine that wrote this page with " + level.hash;
+    }
     await step(row, level);
   }
   row.sites_drifted = row.uncertified = row.sites_differing;
-  const hash = state_hash(scene.width, scene.height, scalar.x, scalar.y);
-  if (hash !== scene.hash) {
+  if (row.reason) {
     row.verdict = "mistrusted";
-    row.reason = "scalar in WebAssembly ends with " + hash + ", on the machine that wrote this page with " + scene.hash;
   } else if (row.sites_differing > 0) {
     row.verdict = "disagree";
   } else if (moves === 0) {

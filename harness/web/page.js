@@ -103,9 +103,7 @@ async function run() {
       if (asked.get("plant") === "tie") {
         scene.shader = scene.shader.replace("best = change < lowest ?", "best = change <= lowest ?");
       }
-      scene.levels.forEach((level) => {
-        ["arrays", "start", "entries"].forEach((name) => { level[name] = floats(level[name]); });
-      });
+      scene.levels.forEach((level) => { level.arrays = floats(level.arrays); });
       for (const mode of ["resync", "free"]) {
         rows.push(await follow(scalar, gpu, scene, mode, async () => {
           element("progress").value += 1 / total;

@@ -3,7 +3,6 @@
 
 #include "kernels/data/energy.hpp"
 #include "kernels/data/level.hpp"
-#include "kernels/specification/projection.hpp"
 
 #include <cstdint>
 #include <span>
@@ -25,7 +24,6 @@ namespace {
 Level level;
 VectorField field;      ///< the newest
 VectorField next_field; ///< the one before, which the next sweep overwrites
-VectorField coarse;     ///< of the level before, for project()
 SweepState state;
 
 } // namespace
@@ -33,7 +31,6 @@ SweepState state;
 /// Room for a level and its field; all pointers are new.
 EXPORTED("load") void load(int width, int height, int rule, int update, float penalty, int seed) {
   const Extent extent{width, height};
-  coarse = std::move(field);
   level = Level{};
   level.extent = extent;
   level.target = level.confidence = level.inverse_curvature = VectorField(extent);
@@ -45,18 +42,18 @@ EXPORTED("load") void load(int width, int height, int rule, int update, float pe
   field = next_field = VectorField(extent);
 }
 
-/// Of the level, in the order of the page's data, then the displacement.
+/// The displacement, then what the level has, in the order of the page's data.
 EXPORTED("array") float* array(int index) {
-  std::vector<float>* const all[] = {&level.modulus.values,
+  std::vector<float>* const all[] = {&field[0],
+                                     &field[1],
+                                     &level.modulus.values,
                                      &level.inverse_modulus.values,
                                      &level.target[0],
                                      &level.target[1],
                                      &level.confidence[0],
                                      &level.confidence[1],
                                      &level.inverse_curvature[0],
-                                     &level.inverse_curvature[1],
-                                     &field[0],
-                                     &field[1]};
+                                     &level.inverse_curvature[1]};
   return all[index]->data();
 }
 
@@ -74,28 +71,6 @@ EXPORTED("set_strengths") void set_strengths(const float* strengths, int count) 
 /// The candidates.
 EXPORTED("set_steps") void set_steps(const float* steps, int count) {
   level.steps = StepSet(std::span(steps, static_cast<std::size_t>(count)));
-}
-
-/// The displacement from the level before. Four floats for each column, then each row: the two coarse indices
-/// and the weight of the second, and one unused.
-EXPORTED("project") void project(const float* columns) {
-  const float* const rows = columns + 4 * level.extent.width;
-  for (int y = 0; y < level.extent.height; ++y) {
-    const int north = static_cast<int>(rows[4 * y]);
-    const int south = static_cast<int>(rows[4 * y + 1]);
-    for (int x = 0; x < level.extent.width; ++x) {
-      const int west = static_cast<int>(columns[4 * x]);
-      const int east = static_cast<int>(columns[4 * x + 1]);
-      const auto component = [&](const std::vector<float>& from) {
-        return projection::projected(
-            from[coarse.extent.index(west, north)], from[coarse.extent.index(east, north)],
-            from[coarse.extent.index(west, south)], from[coarse.extent.index(east, south)],
-            columns[4 * x + 2], rows[4 * y + 2]);
-      };
-      field[0][level.extent.index(x, y)] = component(coarse[0]);
-      field[1][level.extent.index(x, y)] = component(coarse[1]);
-    }
-  }
 }
 
 /// colour, strength, number and seed of update.inc's Sweep.

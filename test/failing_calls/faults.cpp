@@ -67,33 +67,17 @@ void Faults::arm(const Kind& kind, std::size_t at) {
   called.clear();
 }
 
-/// The call with this number fails if it is its turn.
-bool Faults::strikes(std::size_t number, const Call& call) {
-  const bool again = kind_->name == missing || !struck;
-  const bool mine = only_.empty() ? number == at_ : only_ == call.name && again;
-  if (mine) {
-    struck = call;
-  }
-  return mine;
-}
-
-std::optional<std::int64_t> Faults::failure(std::string_view api, const Call& call) {
-  if (kind_ == nullptr || kind_->api != api || kind_->name == missing) {
+std::optional<std::int64_t> Faults::failure(std::string_view api, const Call& call, bool is_asked_for) {
+  if (kind_ == nullptr || kind_->api != api || (kind_->name == missing) != is_asked_for) {
     return {};
   }
-  names.push_back(call.name);
-  return strikes(names.size(), call) ? std::optional(kind_->code) : std::nullopt;
-}
-
-bool Faults::is_missing(std::string_view api, std::string_view name) {
-  if (kind_ == nullptr || kind_->api != api || kind_->name != missing) {
-    return false;
-  }
-  auto found = std::ranges::find(names, name);
-  if (found == names.end()) {
-    found = names.emplace(names.end(), name);
-  }
-  return strikes(static_cast<std::size_t>(found - names.begin()) + 1, {.name = std::string(name)});
+  const auto found = is_asked_for && std::ranges::find(names, call.name) != names.end()
+                         ? std::ranges::find(names, call.name)
+                         : names.insert(names.end(), call.name);
+  const bool mine = only_.empty() ? static_cast<std::size_t>(found - names.begin()) + 1 == at_
+                                  : only_ == call.name && (is_asked_for || !struck);
+  struck = mine ? std::optional(call) : struck;
+  return mine ? std::optional(kind_->code) : std::nullopt;
 }
 
 std::vector<std::string> Faults::take_complaints() {

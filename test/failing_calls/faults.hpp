@@ -53,10 +53,11 @@ public:
 
   // For the stand-ins.
 
-  /// Counts a call of an API that can fail. Returns the driver's code where it has to fail.
-  [[nodiscard]] std::optional<std::int64_t> failure(std::string_view api, const Call& call);
-  /// Whether this function has to be missing from "OpenGL" (EGL's extensions with it) or "Vulkan".
-  [[nodiscard]] bool is_missing(std::string_view api, std::string_view name);
+  /// Counts a call of an API that can fail. Returns the driver's code where it has to fail. `is_asked_for`:
+  /// not the call is made but the function's address is asked for, of "OpenGL" (EGL's extensions with it) or
+  /// "Vulkan"; where there is a code the function has to be missing.
+  [[nodiscard]] std::optional<std::int64_t> failure(std::string_view api, const Call& call,
+                                                    bool is_asked_for = false);
   void complain(std::string what) { complaints_.push_back(std::move(what)); }
   /// An object came to be. `owner`, a context, tells its names from those of another one.
   void made(std::string_view type, std::uint64_t owner, std::uint64_t handle);
@@ -68,8 +69,6 @@ public:
   bool binding_failed = false; ///< since a context was made current the last time
 
 private:
-  [[nodiscard]] bool strikes(std::size_t number, const Call& call);
-
   const Kind* kind_ = nullptr;
   std::size_t at_ = 0;
   std::string only_; ///< name of the call that fails, instead of `at_`

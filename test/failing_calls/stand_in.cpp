@@ -311,8 +311,9 @@ Address stand_in(std::string_view name, Address real) {
   const std::string_view api = api_of(name).prefix == "vk" ? "Vulkan" : "OpenGL";
 #define FUNCTION(known)                                                                                      \
   if (name == #known) {                                                                                      \
-    const bool absent = real == nullptr || (name != "vkDestroyInstance" && faults().is_missing(api, name));  \
-    return absent ? nullptr : StandIn<#known, decltype(&::known)>::place(real);                              \
+    const bool can_miss = name != "vkDestroyInstance";                                                       \
+    const bool absent = can_miss && faults().failure(api, {.name = #known}, true);                           \
+    return real == nullptr || absent ? nullptr : StandIn<#known, decltype(&::known)>::place(real);           \
   }
   FUNCTION(eglGetPlatformDisplayEXT)
   FUNCTION(eglQueryDevicesEXT)

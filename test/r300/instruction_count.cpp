@@ -2,7 +2,9 @@
 // evaluation.
 
 #include "backends/gl/fragment.hpp"
+#include "backends/gl/fragment_programs.hpp"
 #include "backends/gl/objects.hpp"
+#include "backends/shared/tiles.hpp"
 #include "harness/cli/commands.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
@@ -18,7 +20,6 @@
 
 #include <algorithm>
 #include <filesystem>
-#include <iterator>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -53,11 +54,11 @@ json measure(ShaderCompiler& compiler, std::string_view group, std::string_view 
           {"temporaries_limit", compiler.limits().temporaries}};
 }
 
-/// What gl-fragment sends for a sweep of `level`.
+/// What gl-fragment sends for a sweep of `level`, where its tiles have everything: the longest text.
 json measure_sweep(ShaderCompiler& compiler, std::string_view group, std::string_view shader,
                    const Level& level) {
   const bool has_candidates = level.rule == Rule::steps || level.rule == Rule::annealing;
-  return measure(compiler, group, shader, gl::assemble(sources::sweep_fragment, shader_constants(level)),
+  return measure(compiler, group, shader, gl::sweep_text(shader_constants(level), general_class),
                  has_candidates ? level.steps.count() : 0);
 }
 
@@ -68,23 +69,6 @@ StepSet some_steps(int count) {
     steps.push_back(static_cast<float>(i));
   }
   return StepSet(steps);
-}
-
-/// Annealing with more than its usual candidates: the most that fit, and the first number that does not.
-json measure_annealing(ShaderCompiler& compiler) {
-  json last;
-  json row;
-  for (int count = StepSet().count(); count < StepSet::maximum_count; ++count) { // without the 0
-    last = std::exchange(row, measure_sweep(compiler, "methods", "annealing, more candidates",
-                                            {.extent = {},
-                                             .steps = some_steps(count),
-                                             .update = Update::four_coloured,
-                                             .rule = Rule::annealing}));
-    if (row["instructions"].is_null()) {
-      return last.is_null() ? json{row} : json{last, row};
-    }
-  }
-  return json{row};
 }
 
 /// The passes of gl-fragment for the elastic energy, and the count of changed sites.
@@ -163,9 +147,8 @@ std::string thesis_shader(int steps, int vectors) {
 }
 
 /// "candidates": what gl-fragment sends for icm with 2 to 16 candidates, the largest number that a StepSet
-/// takes. "methods": for every method that it supports, the count of changed sites, the passes of the elastic
-/// energy, and annealing, the longest of them, also with the most candidates that fit and the first number
-/// that does not. "vectors": thesis_shader() for 2 to 6 step sizes, and one vector more than 4 x 4.
+/// takes. "methods": for every method that it supports, the count of changed sites and the passes of the
+/// elastic energy. "vectors": thesis_shader() for 2 to 6 step sizes, and one vector more than 4 x 4.
 json measure_instructions(ShaderCompiler& compiler) {
   json rows = json::array();
   for (int count = 2; count <= StepSet::maximum_count; ++count) {
@@ -186,7 +169,6 @@ json measure_instructions(ShaderCompiler& compiler) {
       rows.push_back(measure_sweep(compiler, "methods", method.name, level));
     }
   }
-  std::ranges::copy(measure_annealing(compiler), std::back_inserter(rows));
   for (const auto& [name, text] : other_passes()) {
     rows.push_back(measure(compiler, "methods", name, text));
   }

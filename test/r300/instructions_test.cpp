@@ -1,14 +1,9 @@
 // The instruction budget of the thesis's card, Radeon X1300, as Mesa's compiler for it sees our shaders.
 
-#include "backends/gl/fragment.hpp"
-#include "backends/gl/objects.hpp"
-#include "test/captured_stream.hpp"
+#include "kernels/data/level.hpp"
 #include "test/files.hpp"
 #include "test/program.hpp"
 #include "test/r300/shader_compiler.hpp"
-#include "test/random_level.hpp"
-
-#include <shaders/sweep_fragment.hpp>
 
 namespace hdmbench::test {
 namespace {
@@ -90,27 +85,6 @@ TEST_F(Budget, WhatGlFragmentSendsFitsAndSixStepSizesOfTheThesisDoNot) {
     }
   }
   EXPECT_EQ(most, StepSet::maximum_count);
-}
-
-// The backend itself on the card: nothing else is compiled than what was counted.
-TEST_F(Budget, IsOfWhatTheBackendSends) {
-  std::vector<std::string> messages;
-  const auto backend = gl::make_fragment("gl-fragment", "", make_card(messages));
-  const auto session = backend->open({});
-  for (const Rule rule : all_rules) {
-    const Problem problem = random_problem({8, 5}, Texture::smooth, 1, StepSet(), rule, Update::coloured);
-    messages.clear();
-    CapturedStream errors(stderr);
-    session->load(problem.level);
-    session->write(problem.start);
-    session->step(2);
-    const Compilation sent = judge(messages, errors.take());
-    const Compilation counted =
-        compiler_->compile(gl::assemble(sources::sweep_fragment, shader_constants(problem.level)));
-    ASSERT_TRUE(sent.resources && counted.resources) << sent.refusal << counted.refusal;
-    EXPECT_EQ(sent.resources->instructions, counted.resources->instructions);
-    EXPECT_EQ(sent.resources->temporaries, counted.resources->temporaries);
-  }
 }
 
 } // namespace

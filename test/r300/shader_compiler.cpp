@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <shaders/quad_vertex.hpp>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <cstdlib>
@@ -32,56 +33,6 @@ Pointer resolve(const gl::Api& api, const char* name) {
   }
   return function;
 }
-
-/// A context that reports all that KHR_debug says.
-class RecordedContext final : public gl::Context {
-public:
-  RecordedContext(std::unique_ptr<gl::Context> context, std::vector<std::string>& messages)
-      : context_(std::move(context)), messages_(messages) {}
-
-  const gl::Api& api() const override { return context_->api(); }
-  void abandon() noexcept override { context_->abandon(); }
-
-private:
-  void bind() override {
-    current_.emplace(*context_);
-    const auto enable = resolve<void (*)(GLenum)>(api(), "glEnable");
-    enable(GL_DEBUG_OUTPUT);
-    enable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
-    resolve<PFNGLDEBUGMESSAGECALLBACKPROC>(api(), "glDebugMessageCallback")(record, &messages_);
-  }
-  void unbind() noexcept override { current_.reset(); }
-
-  std::unique_ptr<gl::Context> context_;
-  std::vector<std::string>& messages_;
-  std::optional<Current> current_;
-};
-
-class CardPlatform final : public gl::Platform {
-public:
-  explicit CardPlatform(std::vector<std::string>& messages)
-      : egl_(gl::make_egl_platform()), messages_(messages), devices_(egl_->devices(required)) {
-    while (index_ < devices_.size() && devices_[index_].name.find(card_name) == std::string::npos) {
-      ++index_;
-    }
-    if (index_ == devices_.size()) {
-      throw DeviceError(fmt::format(
-          "EGL does not see the {} of radeon_x1300.cpp; run with EGL_LOG_LEVEL=debug", card_name));
-    }
-  }
-
-  std::vector<Device> devices(gl::Version) const override { return {devices_[index_]}; }
-
-  std::unique_ptr<gl::Context> open(std::size_t, gl::Version version) const override {
-    return std::make_unique<RecordedContext>(egl_->open(index_, version), messages_);
-  }
-
-private:
-  std::unique_ptr<gl::Platform> egl_;
-  std::vector<std::string>& messages_;
-  std::vector<Device> devices_;
-  std::size_t index_ = 0;
-};
 
 /// A quad over one float rectangle texture per sampler, drawn to another.
 void draw(const gl::Api& api, const gl::Program& program) {
@@ -152,15 +103,22 @@ std::string why_missing() {
              : fmt::format("there is no {}, Mesa's driver of the card", driver.string());
 }
 
-std::unique_ptr<gl::Platform> make_card(std::vector<std::string>& messages) {
-  return std::make_unique<CardPlatform>(messages);
-}
-
 ShaderCompiler::ShaderCompiler() {
-  const auto card = make_card(messages_);
-  device_ = card->devices(required).front();
-  context_ = card->open(0, required);
+  const auto egl = gl::make_egl_platform();
+  const std::vector<Device> devices = egl->devices(required);
+  const auto card = std::ranges::find_if(
+      devices, [](const Device& one) { return one.name.find(card_name) != std::string::npos; });
+  if (card == devices.end()) {
+    throw DeviceError(
+        fmt::format("EGL does not see the {} of radeon_x1300.cpp; run with EGL_LOG_LEVEL=debug", card_name));
+  }
+  device_ = *card;
+  context_ = egl->open(static_cast<std::size_t>(card - devices.begin()), required);
   const gl::Context::Current current(*context_);
+  const auto enable = resolve<void (*)(GLenum)>(context_->api(), "glEnable");
+  enable(GL_DEBUG_OUTPUT);
+  enable(GL_DEBUG_OUTPUT_SYNCHRONOUS);
+  resolve<PFNGLDEBUGMESSAGECALLBACKPROC>(context_->api(), "glDebugMessageCallback")(record, &messages_);
   const auto get_limit = resolve<PFNGLGETPROGRAMIVARBPROC>(context_->api(), "glGetProgramivARB");
   const auto limit = [&](GLenum name) {
     GLint value = 0;

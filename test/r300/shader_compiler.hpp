@@ -35,14 +35,12 @@ struct Compilation {
 /// Why there can be no such compiler on this machine, empty where its driver is installed.
 [[nodiscard]] std::string why_missing();
 
-/// The card as an EGL platform; whatever its contexts say through KHR_debug is appended to `messages`, which
-/// must outlive them. Throws DeviceError.
-[[nodiscard]] std::unique_ptr<gl::Platform> make_card(std::vector<std::string>& messages);
-
 class ShaderCompiler {
 public:
   /// Throws DeviceError with EGL's words.
   ShaderCompiler();
+  ShaderCompiler(const ShaderCompiler&) = delete; // its context writes to its messages
+  ShaderCompiler& operator=(const ShaderCompiler&) = delete;
 
   /// "ATI RV515", "OpenGL 2.1 Mesa ...".
   [[nodiscard]] const Device& device() const { return device_; }
@@ -53,7 +51,7 @@ public:
   [[nodiscard]] Compilation compile(const std::string& fragment_shader);
 
 private:
-  std::vector<std::string> messages_;
+  std::vector<std::string> messages_; ///< of KHR_debug
   Device device_;
   std::unique_ptr<gl::Context> context_;
   Resources limits_;
