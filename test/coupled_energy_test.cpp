@@ -131,11 +131,11 @@ TEST(CoupledEnergy, FaultsInItsTextAreCaught) {
   const std::vector<faults::DeviceFault> list{
       in_text("input-of-the-wrong-site", "real(0.5) * (site.first_input.centre + site.first_input.west)",
               "real(0.5) * (site.first_input.centre + site.first_input.east)"),
-      in_text("coupling-lost", "gradient_y = gradient_y + coupling * (site.dx.centre - site.dx.west);", ""),
-      in_text("coupling-sign", "site.dy.centre - site.dy.north);\n\n",
-              "site.dy.north - site.dy.centre);\n\n"),
+      in_text("coupling-lost", "real gradient_y = coupling * WAY(dx, west);", "real gradient_y = real(0);"),
+      in_text("coupling-sign", "real gradient_x = coupling * WAY(dy, north);",
+              "real gradient_x = real(0) - coupling * WAY(dy, north);"),
       in_text("y-does-not-see-x", "prior.curvature_xy * step_x", "prior.curvature_xy * real(0)"),
-      in_text("own-column-lost", "north * (site.dx.centre - site.dx.north)", "north * real(0)"),
+      in_text("own-component-lost", "RATIO(n) * WAY(dx, n);", "RATIO(n) * real(0);"),
   };
   for (const faults::Pipeline pipeline : {faults::Pipeline::fragment, faults::Pipeline::compute}) {
     for (const faults::DeviceFault& fault : list) {

@@ -81,8 +81,10 @@ std::optional<std::int64_t> Faults::failure(std::string_view api, const Call& ca
 }
 
 std::vector<std::string> Faults::take_complaints() {
-  for (const auto& [type, owner, handle] : alive_) {
-    complain(fmt::format("{} is left", type));
+  for (const auto& [type, count] : alive_) {
+    if (count != 0) {
+      complain(fmt::format("{} of {} are left", count, type));
+    }
   }
   alive_.clear();
   if (current != 0 && !binding_failed) {
@@ -91,25 +93,22 @@ std::vector<std::string> Faults::take_complaints() {
   return std::exchange(complaints_, {});
 }
 
-void Faults::made(std::string_view type, std::uint64_t owner, std::uint64_t handle) {
-  if (!alive_.emplace(type, owner, handle).second) {
-    complain(fmt::format("{} was made again while it was alive", type));
+void Faults::made(std::string_view type, std::int64_t count) {
+  std::int64_t& alive = alive_[std::string(type)];
+  alive += count;
+  if (alive < 0) {
+    complain(fmt::format("{} was destroyed that was not alive", type));
   }
 }
 
-void Faults::gone(std::string_view type, std::uint64_t owner, std::uint64_t handle) {
-  if (alive_.erase({std::string(type), owner, handle}) == 0) {
-    complain(fmt::format("{} was destroyed that was not alive", type));
-  }
-  if (type != "Context") {
-    return;
-  }
-  std::erase_if(alive_, [&](const auto& object) {
-    const auto& [its_type, its_owner, its_handle] = object;
-    if (its_owner == handle && !binding_failed) {
-      complain(fmt::format("{} was left when its context was destroyed", its_type));
+void Faults::end_context() {
+  std::erase_if(alive_, [&](const auto& objects) {
+    const bool in_context = objects.first.starts_with("gl");
+    if (in_context && objects.second != 0 && !binding_failed) {
+      complain(
+          fmt::format("{} of {} were left when their context was destroyed", objects.second, objects.first));
     }
-    return its_owner == handle;
+    return in_context;
   });
 }
 

@@ -1,12 +1,12 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <set>
 #include <span>
 #include <string>
 #include <string_view>
-#include <tuple>
 #include <vector>
 
 namespace hdmbench::failing_calls {
@@ -29,8 +29,7 @@ struct Call {
 };
 
 /// What the stand-ins share with the program that tests with them: which call fails, which ones there were,
-/// and what they made and have not destroyed. For one thread only. Handles are pointers or names of OpenGL;
-/// 0 is none.
+/// and how much they made and have not destroyed. For one thread and one OpenGL context at a time.
 class Faults {
 public:
   /// HDMBENCH_FAILING_CALL="OpenGL/GL_OUT_OF_MEMORY/glReadPixels" arms any program. Throws
@@ -59,20 +58,20 @@ public:
   [[nodiscard]] std::optional<std::int64_t> failure(std::string_view api, const Call& call,
                                                     bool is_asked_for = false);
   void complain(std::string what) { complaints_.push_back(std::move(what)); }
-  /// An object came to be. `owner`, a context, tells its names from those of another one.
-  void made(std::string_view type, std::uint64_t owner, std::uint64_t handle);
-  /// An object went, and with it what it owns, which should have gone before, unless the context could not be
+  /// So many objects came to be, or went where `count` is below 0. The types of OpenGL begin with "gl".
+  void made(std::string_view type, std::int64_t count);
+  /// A context is about to go, and with it its objects, which should have gone before, unless it could not be
   /// made current for that.
-  void gone(std::string_view type, std::uint64_t owner, std::uint64_t handle);
+  void end_context();
 
-  std::uint64_t current = 0;   ///< the OpenGL context of this thread
-  bool binding_failed = false; ///< since a context was made current the last time
+  const void* current = nullptr; ///< the OpenGL context of this thread
+  bool binding_failed = false;   ///< since a context was made current the last time
 
 private:
   const Kind* kind_ = nullptr;
   std::size_t at_ = 0;
-  std::string only_; ///< name of the call that fails, instead of `at_`
-  std::set<std::tuple<std::string, std::uint64_t, std::uint64_t>> alive_; ///< type, owner, handle
+  std::string only_;                          ///< name of the call that fails, instead of `at_`
+  std::map<std::string, std::int64_t> alive_; ///< how many of a type
   std::vector<std::string> complaints_;
 };
 

@@ -28,7 +28,6 @@
 #include <tuple>
 #include <type_traits>
 #include <utility>
-#include <vector>
 
 #include <dlfcn.h>
 
@@ -39,7 +38,7 @@ using Address = void (*)();
 
 std::int64_t egl_error = EGL_SUCCESS; ///< what eglGetError gives next
 std::int64_t gl_error = GL_NO_ERROR;  ///< what glGetError gives next
-std::uint64_t lost = 0;               ///< the OpenGL context that is lost
+const void* lost = nullptr;           ///< the OpenGL context that is lost
 
 struct Api {
   std::string_view prefix;
@@ -72,70 +71,44 @@ Pointer real_function(const char* library, const char* name) {
 
 /// What a function does to objects, by its name.
 struct Objects {
-  bool made = false;
-  bool ended = false;
-  std::string_view type{}; ///< "Texture" of glGenTextures and of glDeleteTextures
+  int made = 0;       ///< -1: it ends them
+  bool many = false;  ///< as many as its arguments say
+  std::string type{}; ///< "glTexture" of glGenTextures and of glDeleteTextures
 };
 
-constexpr Objects objects_of(std::string_view function) {
-  function.remove_prefix(api_of(function).prefix.size());
+Objects objects_of(std::string_view function) {
+  const std::string_view prefix = api_of(function).prefix;
   for (const std::string_view verb : {"Gen", "Create", "Allocate", "Delete", "Destroy", "Free", "Release"}) {
-    if (function.starts_with(verb)) {
-      std::string_view type = function.substr(verb.size());
-      for (const std::string_view ending : {"Attribs", "WithSource", "s"}) {
+    if (function.substr(prefix.size()).starts_with(verb)) {
+      std::string_view type = function.substr(prefix.size() + verb.size());
+      for (const std::string_view ending : {"Attribs", "WithSource"}) {
         type.remove_suffix(type.ends_with(ending) ? ending.size() : 0);
       }
+      const bool many = type.ends_with("s");
+      type.remove_suffix(many ? 1 : 0);
+      type = type == "MemObject" ? "Buffer" : type == "ComputePipeline" ? "Pipeline" : type;
       const bool made = verb == "Gen" || verb == "Create" || verb == "Allocate";
-      return {made, !made, type == "MemObject" ? "Buffer" : type == "ComputePipeline" ? "Pipeline" : type};
+      return {made ? 1 : -1, many, fmt::format("{}{}", prefix, type)};
     }
   }
   return {};
 }
 
-template <typename Handle>
-std::uint64_t number(Handle handle) {
-  if constexpr (std::is_pointer_v<Handle>) {
-    return reinterpret_cast<std::uint64_t>(handle);
-  } else {
-    return static_cast<std::uint64_t>(handle);
-  }
-}
-
-/// How many handles stand behind the last argument.
+/// How many objects a call makes or ends that can do so with many.
 template <typename... Arguments>
-std::size_t count_of(Arguments... arguments) {
-  std::size_t count = 1;
+std::int64_t count_of(Arguments... arguments) {
+  std::int64_t count = 1;
   const auto look = [&](auto argument) {
     if constexpr (requires { argument->commandBufferCount; }) {
       count = argument->commandBufferCount;
     } else if constexpr (requires { argument->descriptorSetCount; }) {
       count = argument->descriptorSetCount;
     } else if constexpr (std::is_integral_v<decltype(argument)>) {
-      count = static_cast<std::size_t>(argument);
+      count = static_cast<std::int64_t>(argument);
     }
   };
   (look(arguments), ...);
   return count;
-}
-
-/// The handles among the arguments, which end so: (count, handles), (handle, allocator) of Vulkan, or
-/// (handle).
-template <typename... Arguments>
-std::vector<std::uint64_t> handles_in(Arguments... arguments) {
-  const std::tuple all(arguments...);
-  constexpr std::size_t last = sizeof...(Arguments) - 1;
-  using Last = std::tuple_element_t<last, std::tuple<Arguments...>>;
-  using Behind = std::remove_cv_t<std::remove_pointer_t<Last>>;
-  if constexpr (std::is_same_v<Last, const VkAllocationCallbacks*>) {
-    return {number(std::get<last - 1>(all))};
-  } else if constexpr (std::is_pointer_v<Last> && (std::is_integral_v<Behind> || std::is_pointer_v<Behind>)) {
-    std::vector<std::uint64_t> handles(count_of(arguments...));
-    std::transform(std::get<last>(all), std::get<last>(all) + handles.size(), handles.begin(),
-                   number<Behind>);
-    return handles;
-  } else {
-    return {number(std::get<last>(all))};
-  }
 }
 
 /// The context that a function is to make current.
@@ -148,10 +121,10 @@ const void* wanted(OSMesaContext context, void*, GLenum, GLsizei, GLsizei) {
 
 /// False: a call of OpenGL does nothing.
 bool has_context(std::string_view name) {
-  if (faults().current == 0) {
+  if (faults().current == nullptr) {
     faults().complain(fmt::format("{} was called without a current context", name));
   }
-  return faults().current != 0 && faults().current != lost;
+  return faults().current != nullptr && faults().current != lost;
 }
 
 void finish_drawing();
@@ -170,8 +143,7 @@ template <Name text, typename Result, typename... Arguments>
 struct StandIn<text, Result (*)(Arguments...)> {
   static constexpr std::string_view name = text.characters;
   static constexpr Api api = api_of(name);
-  static constexpr Objects objects = objects_of(name);
-  static constexpr bool returns_handle = !std::is_void_v<Result> && !std::is_same_v<Result, VkResult>;
+  static constexpr bool returns_handle = std::is_pointer_v<Result> || name.starts_with("glCreate");
   static inline Result (*real)(Arguments...) = nullptr;
 
   /// From now on it forwards to `address`.
@@ -199,14 +171,12 @@ struct StandIn<text, Result (*)(Arguments...)> {
       note_made(arguments...);
     } else {
       const Result result = real(arguments...);
-      if constexpr (objects.made && returns_handle) {
-        note_made(result);
-      } else if (result == Result()) {
+      if ((result == Result()) != returns_handle) { // it succeeded
         note_made(arguments...);
       }
       if constexpr (name.ends_with("MakeCurrent")) {
         if (result != Result()) {
-          faults().current = number(wanted(arguments...));
+          faults().current = wanted(arguments...);
           faults().binding_failed = false;
         }
       }
@@ -222,7 +192,10 @@ struct StandIn<text, Result (*)(Arguments...)> {
   }
 
 private:
-  static std::uint64_t owner() { return api.prefix == "gl" ? faults().current : 0; }
+  static const Objects& objects() {
+    static const Objects all = objects_of(name);
+    return all;
+  }
 
   /// Notes what the call is about to do; returns whether it cleans up.
   static bool announce([[maybe_unused]] Arguments... arguments) {
@@ -232,15 +205,15 @@ private:
     if constexpr (name.ends_with("MakeCurrent")) {
       return wanted(arguments...) == nullptr;
     }
-    if constexpr (objects.ended) {
-      for (const std::uint64_t handle : handles_in(arguments...)) {
-        if (handle != 0) {
-          faults().gone(objects.type, owner(), handle);
-          lost = handle == lost ? 0 : lost; // another context may get its address
-        }
-      }
+    if (objects().made >= 0) {
+      return false;
     }
-    return objects.ended;
+    faults().made(objects().type, objects().many ? -count_of(arguments...) : -1);
+    if constexpr (api.prefix != "cl" && name.ends_with("DestroyContext")) {
+      faults().end_context();
+      lost = nullptr; // another one may get its address
+    }
+    return true;
   }
 
   /// Says so as the API does.
@@ -251,7 +224,7 @@ private:
     } else if constexpr (api.prefix == "cl" || api.prefix == "vk") {
       // What cleans up does its work all the same. Waiting that fails leaves the work of the device behind;
       // on a device that is lost it is over.
-      if (objects.ended || (name == "vkWaitForFences" && code == VK_ERROR_DEVICE_LOST)) {
+      if (objects().made < 0 || (name == "vkWaitForFences" && code == VK_ERROR_DEVICE_LOST)) {
         real(arguments...);
       }
       return static_cast<Result>(code);
@@ -270,14 +243,9 @@ private:
     }
   }
 
-  template <typename... From>
-  static void note_made([[maybe_unused]] From... from) {
-    if constexpr (objects.made) {
-      for (const std::uint64_t handle : handles_in(from...)) {
-        if (handle != 0) {
-          faults().made(objects.type, owner(), handle);
-        }
-      }
+  static void note_made(Arguments... arguments) {
+    if (objects().made > 0) {
+      faults().made(objects().type, objects().many ? count_of(arguments...) : 1);
     }
   }
 };
@@ -297,7 +265,7 @@ EGLint StandIn<"eglGetError", EGLint (*)()>::call() {
 template <>
 GLenum StandIn<"glGetError", GLenum (*)()>::call() {
   faults().called.emplace(name);
-  if (!has_context(name) && faults().current != 0) {
+  if (!has_context(name) && faults().current != nullptr) {
     return GL_CONTEXT_LOST; // every time: whoever waits for the last error waits for ever
   }
   return gl_error != GL_NO_ERROR ? static_cast<GLenum>(std::exchange(gl_error, GL_NO_ERROR)) : real();
