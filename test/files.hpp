@@ -100,8 +100,8 @@ private:
 inline VectorField some_displacement(Extent extent) {
   VectorField field(extent);
   std::mt19937 random(1);
-  for (auto* component : {&field[0], &field[1]}) {
-    std::ranges::generate(*component,
+  for (std::vector<float>& component : field.planes) {
+    std::ranges::generate(component,
                           [&random] { return static_cast<float>(random() % 2001) * 0.05F - 50.0F; });
   }
   return field;

@@ -92,83 +92,57 @@ TEST_F(ImageFiles, PixelsMustBeSquareAndUpright) {
   expect_refusal([&] { (void)read_scalar(sheared); }, "not perpendicular");
 }
 
-TEST_F(ImageFiles, DisplacementsComeBackFromAnywhereInSpace) {
+TEST_F(ImageFiles, ComeBackFromAnywhereInSpaceToTheBitButForMillimetres) {
   const double c = std::cos(0.2);
   const double s = std::sin(0.2);
-  const Placement oblique{.origin = {-70.0, 33.0, 5.5},
-                          .axes = {{{c, 0.0, s}, {0.0, -1.0, 0.0}, {s, 0.0, -c}}},
-                          .thickness = 3.0};
-  const VectorField field = some_displacement({7, 5});
-  for (const auto* name : {"d.nrrd", "d.mha"}) {
-    SCOPED_TRACE(name);
-    write_displacement(path(name), field, 0.74, oblique);
-    const auto read = read_displacement(path(name));
-    EXPECT_DOUBLE_EQ(read.spacing, 0.74);
-    for (std::size_t i = 0; i < 3; ++i) {
-      EXPECT_NEAR(read.placement.origin[i], oblique.origin[i], 1e-12);
+  for (const Extent extent : {Extent{7, 5}, {4, 3, 2}}) {
+    const bool is_volume = extent.axes() == 3;
+    const Placement oblique{.origin = {-70.0, 33.0, 5.5},
+                            .axes = {{{c, 0.0, s}, {0.0, -1.0, 0.0}, {s, 0.0, -c}}},
+                            .thickness = is_volume ? 0.0 : 3.0};
+    const VectorField field = some_displacement(extent);
+    LabelField labels{extent, std::vector<int>(extent.sites())};
+    std::iota(labels.values.begin(), labels.values.end(), 0);
+    for (const auto* name : {"d.nrrd", "d.mha"}) {
+      SCOPED_TRACE(testing::Message() << name << ", " << extent.text());
+      write_vector(path(name), field, 0.74, oblique);
+      const auto vectors = read_vector(path(name), {.takes_volumes = true});
+      EXPECT_EQ(vectors.pixels.extent, extent);
+      EXPECT_EQ(vectors.pixels.planes, field.planes);
+      EXPECT_DOUBLE_EQ(vectors.spacing, 0.74);
+      write_labels(path(name), labels, 0.74, oblique);
+      EXPECT_EQ(read_labels(path(name), {.takes_volumes = true}).pixels.values, labels.values);
+      if (is_volume) {
+        expect_refusal([&] { (void)read_labels(path(name)); }, "choose one of its slices 0 ... 1");
+      }
+      write_displacement(path(name), field, 0.74, oblique);
+      // Physical vectors: along the space's second axis, against which the rows follow each other.
+      const auto millimetres = read_vector(path(name), {.takes_volumes = true});
+      EXPECT_FLOAT_EQ(millimetres.pixels[1][7], -0.74F * field[1][7]);
+      const auto read = read_displacement(path(name), is_volume);
+      EXPECT_NEAR(read.placement.thickness, oblique.thickness, 1e-12);
       for (std::size_t axis = 0; axis < 3; ++axis) {
-        EXPECT_NEAR(read.placement.axes[axis][i], oblique.axes[axis][i], 1e-12);
+        EXPECT_NEAR(read.placement.origin[axis], oblique.origin[axis], 1e-12);
+        for (std::size_t i = 0; i < 3; ++i) {
+          EXPECT_NEAR(read.placement.axes[axis][i], oblique.axes[axis][i], 1e-12);
+        }
+      }
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        for (std::size_t site = 0; site < extent.sites(); ++site) {
+          EXPECT_NEAR(read.pixels[axis][site], field[axis][site], 1e-4);
+        }
       }
     }
-    EXPECT_NEAR(read.placement.thickness, 3.0, 1e-12);
-    ASSERT_EQ(read.pixels.extent, field.extent);
-    for (std::size_t site = 0; site < field[0].size(); ++site) {
-      EXPECT_NEAR(read.pixels[0][site], field[0][site], 1e-4);
-      EXPECT_NEAR(read.pixels[1][site], field[1][site], 1e-4);
-    }
+    const char* const sides = is_volume ? "4 3 2" : "7 5 1";
+    EXPECT_THAT(content(path("d.nrrd")),
+                AllOf(HasSubstr("\nhdmbench mapping:=forward: tissue at x moves to x + d(x)\n"),
+                      HasSubstr("\nhdmbench unit:=millimetre\n"),
+                      HasSubstr(fmt::format("\nsizes: 3 {}\n", sides))));
+    EXPECT_THAT(content(path("d.mha")),
+                AllOf(HasSubstr("\nhdmbench mapping = forward: tissue at x moves to x + d(x)\n"),
+                      HasSubstr(fmt::format("\nDimSize = {}\n", sides))));
   }
-  EXPECT_THAT(
-      content(path("d.nrrd")),
-      testing::AllOf(testing::HasSubstr("\nhdmbench mapping:=forward: tissue at x moves to x + d(x)\n"),
-                     testing::HasSubstr("\nhdmbench unit:=millimetre\n"),
-                     testing::HasSubstr("\nsizes: 3 7 5 1\n")));
-  EXPECT_THAT(
-      content(path("d.mha")),
-      testing::AllOf(testing::HasSubstr("\nhdmbench mapping = forward: tissue at x moves to x + d(x)\n"),
-                     testing::HasSubstr("\nDimSize = 7 5 1\n")));
   EXPECT_EQ(files().size(), 2U);
-}
-
-TEST_F(ImageFiles, VolumesComeBackToTheBitWithTheirPlace) {
-  const double c = std::cos(0.2);
-  const double s = std::sin(0.2);
-  const Placement oblique{.origin = {-70.0, 33.0, 5.5},
-                          .axes = {{{c, 0.0, s}, {0.0, -1.0, 0.0}, {s, 0.0, -c}}}};
-  const Extent extent{4, 3, 2};
-  VectorField field(extent);
-  LabelField labels{extent, std::vector<int>(extent.sites())};
-  for (std::size_t site = 0; site < extent.sites(); ++site) {
-    labels.values[site] = static_cast<int>(site);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      field[axis][site] = 0.1F * static_cast<float>(site) - static_cast<float>(axis);
-    }
-  }
-  for (const auto* name : {"v.nrrd", "v.mha"}) {
-    SCOPED_TRACE(name);
-    write_vector(path(name), field, 0.74, oblique);
-    const auto vectors = read_vector(path(name), {.takes_volumes = true});
-    EXPECT_EQ(vectors.pixels.extent, extent);
-    EXPECT_EQ(vectors.pixels.planes, field.planes);
-    EXPECT_DOUBLE_EQ(vectors.spacing, 0.74);
-    write_labels(path(name), labels, 0.74, oblique);
-    EXPECT_EQ(read_labels(path(name), {.takes_volumes = true}).pixels.values, labels.values);
-    expect_refusal([&] { (void)read_labels(path(name)); }, "choose one of its slices 0 ... 1");
-    write_displacement(path(name), field, 0.74, oblique);
-    // Physical vectors: along the space's second axis, against which the rows follow each other.
-    const auto millimetres = read_vector(path(name), {.takes_volumes = true});
-    EXPECT_FLOAT_EQ(millimetres.pixels[1][7], -0.74F * field[1][7]);
-    EXPECT_EQ(millimetres.placement.thickness, 0.0);
-    const auto read = read_displacement(path(name), true);
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      EXPECT_NEAR(read.placement.origin[axis], oblique.origin[axis], 1e-12);
-      for (std::size_t i = 0; i < 3; ++i) {
-        EXPECT_NEAR(read.placement.axes[axis][i], oblique.axes[axis][i], 1e-12);
-      }
-      for (std::size_t site = 0; site < extent.sites(); ++site) {
-        EXPECT_NEAR(read.pixels[axis][site], field[axis][site], 1e-6);
-      }
-    }
-  }
 }
 
 TEST_F(ImageFiles, VolumesAreResampledAndRefused) {
