@@ -427,6 +427,18 @@ std::vector<ElasticCase> elastic_cases() {
       ++seed;
       cases.push_back(elastic_case(extent, all_tissues[seed % 4], held, 100.0, 0.3, seed));
     }
+    // Springs that hold one direction more than another, as a registration has them at every site.
+    const VectorField along = random_field(extent, ++seed);
+    SiteSprings springs{ScalarField(extent), ScalarField(extent), ScalarField(extent)};
+    for (std::size_t site = 0; site < extent.sites(); ++site) {
+      springs.xx.values[site] = 30.0F * along[0][site] * along[0][site];
+      springs.xy.values[site] = 30.0F * along[0][site] * along[1][site];
+      springs.yy.values[site] = 30.0F * along[1][site] * along[1][site];
+    }
+    const Level level = elastic_level(extent, Tissue::noise, Held::scattered, 100.0, seed);
+    cases.push_back(
+        {fmt::format("springs along random_field({{{}, {}}}, {})", extent.width, extent.height, seed),
+         make_elastic_hierarchy(level, 0.3, springs)});
   }
   return cases;
 }

@@ -137,14 +137,9 @@ TEST_F(Colin, SinksUnderAnOpeningOfTheSkullThatHoldsTheRest) {
   }
 }
 
-TEST_F(Colin, IsTheShippedSceneWithItsSliceClassesAndMargin) {
+/// Golden hashes hold the shipped one.
+TEST_F(Colin, IsASceneWithItsSliceClassesAndMargin) {
   const Extent size{100, 80};
-  const Scene scene = load_scene("brain", {.size = size});
-  const BrainSlice expected = read_brain(file_, 76, 4, 0.15, size);
-  EXPECT_EQ(scene.labels.values, expected.tissue.values);
-  EXPECT_EQ(scene.spacing, expected.spacing);
-  EXPECT_EQ(scene.full.confidence[0].front(), 1.0F);
-  EXPECT_EQ(scene.full.confidence[0][size.index(50, 40)], 0.0F);
   const auto other =
       write("other.toml", fmt::format("size = [100, 80]\n[brain]\nfile = \"{}\"\nslice = 90\nclasses = 1\n"
                                       "margin = 0.3\n[[tissue]]\nlabel = 0\nmodulus = 1.0\n"

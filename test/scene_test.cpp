@@ -104,27 +104,7 @@ TEST(StepSets, ByNameAndByNumber) {
   EXPECT_EQ(StepSet::parse("0,1,2,3,4,5,6,7,8,9,10,11,12,13,14,15").count(), 16);
 }
 
-TEST(Outline, DistancesAndNormalsOfADisc) {
-  const Extent extent{81, 81};
-  std::vector<bool> inside(extent.sites());
-  for_each_site(extent,
-                [&](int x, int y) { inside[extent.index(x, y)] = std::hypot(x - 40, y - 40) <= 20.0; });
-  const Outline outline = find_outline(inside, extent);
-  for_each_site(extent, [&](int x, int y) {
-    if (std::max(std::abs(x - 40), std::abs(y - 40)) > 35) {
-      return;
-    }
-    const auto i = extent.index(x, y);
-    const double radius = std::hypot(x - 40, y - 40);
-    EXPECT_NEAR(outline.distance.values[i], radius - 20.0, 1.0);
-    EXPECT_EQ(outline.distance.values[i] < 0.0F, static_cast<bool>(inside[i]));
-    if (radius > 18.0) {
-      EXPECT_GT((double{outline.normal[0][i]} * (x - 40) + double{outline.normal[1][i]} * (y - 40)) / radius,
-                0.995);
-    }
-  });
-}
-
+/// Golden hashes hold outlines and closed gaps of images: circular-radial and the brain have both.
 TEST(Outline, DistancesAndNormalsOfABallWhoseSlitIsClosed) {
   const Extent extent{31, 29, 33};
   std::vector<bool> inside(extent.sites());
@@ -136,6 +116,8 @@ TEST(Outline, DistancesAndNormalsOfABallWhoseSlitIsClosed) {
   const std::vector<bool> closed = close_gaps(inside, extent, 3.0);
   EXPECT_FALSE(inside[extent.index(15, 14, 20)]);
   EXPECT_TRUE(closed[extent.index(15, 14, 20)]);
+  EXPECT_EQ(close_gaps(inside, extent, 0.0), inside);
+  EXPECT_EQ(close_gaps(closed, extent, 3.0), closed) << "nothing is left to fill";
   const Outline outline = find_outline(closed, extent);
   for_each_site(extent, [&](int x, int y, int z) {
     const double radius = radius_at(x, y, z);
@@ -149,25 +131,6 @@ TEST(Outline, DistancesAndNormalsOfABallWhoseSlitIsClosed) {
       EXPECT_NEAR(outline.distance.values[extent.index(x, y, z)], radius - 10.0, 1.0);
     }
   });
-}
-
-TEST(Outline, ClosingFillsNarrowGapsOnly) {
-  // A block with a slit 4 pixels wide and a bay 20 pixels wide.
-  const Extent extent{80, 40};
-  std::vector<bool> inside(extent.sites());
-  for_each_site(extent, [&](int x, int y) {
-    const bool slit = x >= 20 && x < 24 && y < 30;
-    const bool bay = x >= 40 && x < 60 && y < 30;
-    inside[extent.index(x, y)] = y >= 10 && !slit && !bay;
-  });
-  const std::vector<bool> closed = close_gaps(inside, extent, 5.0);
-  EXPECT_TRUE(closed[extent.index(22, 20)]);
-  EXPECT_FALSE(closed[extent.index(50, 20)]);
-  EXPECT_FALSE(closed[extent.index(30, 5)]);
-  for (std::size_t i = 0; i < inside.size(); ++i) {
-    EXPECT_LE(inside[i], closed[i]);
-  }
-  EXPECT_EQ(close_gaps(inside, extent, 0.0), inside);
 }
 
 } // namespace
