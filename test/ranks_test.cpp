@@ -59,19 +59,15 @@ protected:
 };
 
 TEST_F(RankProgram, WritesTheFileOfOneProcessByteForByte) {
-  expect_files_of_one_process(
-      {{"square", "--size 97x101", 2},
-       {"random", "--size 45x31 --update coloured", 3},
-       {"tie-rich", "--size 33x5", 4}, // one row on two of the ranks
-       {"random", "--size 64x40 --steps fine --alignment center", 6},
-       {"circular-radial", "--size 50 --stop still", 4},
-       {"square", "--size 7x3 --update four-coloured", 6}, // four are idle
-       {"random", "--size 61x47 --method closed-form", 4},
-       {"random", "--size 33x47 --method closed-form --relaxation 1.8", 3},
-       {"random", "--size 61x47 --method cascade", 4},
-       {"circular", "--size 90x130 --method cascade --alignment center", 3},
-       {"random", "--size 45x61 --method annealing --iterations 20 --seed 7", 3},
-       {"tie-rich", "--size 20x33 --method annealing --iterations 8 --temperatures 2,0.1", 6}});
+  expect_files_of_one_process({{"square", "--size 97x101", 2},
+                               {"random", "--size 45x31 --update coloured", 3},
+                               {"tie-rich", "--size 33x5", 4}, // one row on two of the ranks
+                               {"random", "--size 64x40 --steps fine --alignment center", 6},
+                               {"circular-radial", "--size 50 --stop still", 4},
+                               {"square", "--size 7x3 --update four-coloured", 6}, // four are idle
+                               {"random", "--size 33x47 --method closed-form --relaxation 1.8", 3},
+                               {"circular", "--size 90x130 --method cascade --alignment center", 3},
+                               {"random", "--size 45x61 --method annealing --iterations 20 --seed 7", 3}});
 }
 
 TEST_F(RankProgram, AFieldLiesWhereTheImageOfTheSceneDoes) {
@@ -117,7 +113,6 @@ TEST_F(RankProgram, ElasticFilesAreThoseOfOneProcess) {
                               {"tie-rich", "--size 33x5", 4}, // one row on two of the ranks
                               {"random", "--size 66x50 --method full-multigrid --iterations 3", 6},
                               {sprung, "--method conjugate-gradients --iterations 2", 4},
-                              {sprung, "--size 40x90 --method sweeps --iterations 4", 3},
                               {weak, "--method full-multigrid", 4},
                               {"square", "--size 7x3", 6}, // all but one are idle
                               {"random", "--size 40x30", 4, "openmp+vulkan-compute+gl-fragment+gl-compute"}};
