@@ -98,7 +98,7 @@ Objects objects_of(std::string_view function) {
 template <typename... Arguments>
 std::int64_t count_of(Arguments... arguments) {
   std::int64_t count = 1;
-  const auto look = [&](auto argument) {
+  [[maybe_unused]] const auto look = [&](auto argument) {
     if constexpr (requires { argument->commandBufferCount; }) {
       count = argument->commandBufferCount;
     } else if constexpr (requires { argument->descriptorSetCount; }) {
