@@ -1,6 +1,7 @@
 #include "test/bit_cases.hpp"
 
 #include "backends/cpu/cpu.hpp"
+#include "harness/check/cases.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/scene.hpp"
@@ -279,7 +280,7 @@ Cases pyramids() {
 Cases volumes() {
   Cases cases;
   std::uint64_t seed = 800;
-  for (const Extent extent : {Extent{2, 2, 2}, {5, 7, 3}, {33, 7, 15}, {9, 30, 22}}) {
+  for (const Extent extent : odd_volumes()) {
     for (const Rule rule : all_rules) {
       for (const Update update : simultaneous_and_coloured) {
         ++seed;

@@ -4,6 +4,8 @@
 #include "harness/check/certificate.hpp"
 
 #include "harness/check/bounded_real.hpp"
+#include "harness/check/faults/faulty_backend.hpp"
+#include "harness/scene/method.hpp"
 #include "kernels/data/gather.hpp"
 #include "reference/thesis_energy.hpp"
 #include "test/scenes.hpp"
@@ -11,14 +13,21 @@
 namespace hdmbench {
 namespace {
 
-using Bounded = Hdm<bounded::real>;
-
 using test::Texture;
 
+/// Of an image or a volume in which one site sees all sorts of neighbours.
+template <int axes>
+constexpr Extent small{5, 5, axes == 3 ? 5 : 1};
+/// Its slice in the middle.
+template <int axes>
+constexpr int middle = axes == 3 ? 2 : 0;
+
 /// The x component's energy changes, one per candidate.
+template <int axes>
 std::vector<bounded::real> changes_at(const Level& level, const VectorField& field, int x, int y) {
-  const Bounded::Site site = gather<Bounded>(level, field, x, y);
-  const Bounded::Prior prior = Bounded::prior_of(site);
+  using Bounded = Hdm<bounded::real, axes>;
+  const typename Bounded::Site site = gather<Bounded>(level, field, x, y, middle<axes>);
+  const typename Bounded::Prior prior = Bounded::prior_of(site);
   std::vector<bounded::real> changes;
   for (const float step : level.steps.values()) {
     changes.push_back(Bounded::energy_change(step, prior.gradient_x, prior.curvature_x,
@@ -51,14 +60,16 @@ struct Judged {
 
 /// Errors of `factor` bounds, to the advantage of either of two candidates that nearly tie at the site in the
 /// middle: the displacement beside it lies within some units in the last place of where they do.
+template <int axes>
 Judged judge_misled(double factor) {
+  constexpr int z = middle<axes>;
   Judged judged;
   for (std::uint64_t seed = 1; seed <= 100; ++seed) {
-    auto [level, start] = test::random_problem({5, 5}, Texture::smooth, seed, StepSet::parse("0,0.1"));
+    auto [level, start] = test::random_problem(small<axes>, Texture::smooth, seed, StepSet::parse("0,0.1"));
     level.confidence = VectorField(level.extent);
-    float& east = start[0][level.extent.index(3, 2)];
+    float& east = start[0][level.extent.index(3, 2, z)];
     const auto second_is_dearer = [&, &level = level, &start = start] {
-      const std::vector<bounded::real> changes = changes_at(level, start, 2, 2);
+      const std::vector<bounded::real> changes = changes_at<axes>(level, start, 2, 2);
       return changes[1].exact() > changes[0].exact();
     };
     float low = -1000.0F;
@@ -74,13 +85,14 @@ Judged judge_misled(double factor) {
     }
     east = low;
     for (int i = 0; i < 200; ++i, east = std::nextafter(east, 1000.0F)) {
-      const std::vector<bounded::real> changes = changes_at(level, start, 2, 2);
-      const SiteAnswer expected = proofs_of(level).specified_answer(level, start, 0, 2, 2);
+      const std::vector<bounded::real> changes = changes_at<axes>(level, start, 2, 2);
+      const SiteAnswer expected = proofs_of(level).specified_answer(level, start, 0, 2, 2, z);
       for (const std::size_t favoured : {0, 1}) {
         const std::size_t chosen = misled_choice(changes, favoured, factor);
-        const float moved = start[0][level.extent.index(2, 2)] + level.steps.values()[chosen];
-        if (moved != expected.x) {
-          const bool holds = proofs_of(level).certify(level, start, 0, 2, 2, {moved, expected.y}).holds;
+        const float moved = start[0][level.extent.index(2, 2, z)] + level.steps.values()[chosen];
+        if (moved != expected[0]) {
+          const SiteAnswer found{moved, expected[1], expected[2]};
+          const bool holds = proofs_of(level).certify(level, start, 0, 2, 2, z, found).holds;
           ++(holds ? judged.certified : judged.refused);
         }
       }
@@ -90,24 +102,28 @@ Judged judge_misled(double factor) {
 }
 
 TEST(Certificate, HoldsForErrorsWithinTheBound) {
-  const Judged judged = judge_misled(0.999);
-  EXPECT_GT(judged.certified, 100) << "nothing was judged";
-  EXPECT_EQ(judged.refused, 0);
+  for (const Judged& judged : {judge_misled<2>(0.999), judge_misled<3>(0.999)}) {
+    EXPECT_GT(judged.certified, 100) << "nothing was judged";
+    EXPECT_EQ(judged.refused, 0);
+  }
 }
 
 TEST(Certificate, IsRefusedForErrorsOfFourTimesTheBound) {
   // What tips at four bounds and would have tipped at one is fine; whatever only four bounds could tip is
   // not.
-  const Judged at_one = judge_misled(1.0);
-  const Judged at_four = judge_misled(4.0);
-  EXPECT_GT(at_four.refused, 100);
-  EXPECT_EQ(at_four.certified, at_one.certified);
+  for (const auto& judge : {judge_misled<2>, judge_misled<3>}) {
+    const Judged at_four = judge(4.0);
+    EXPECT_GT(at_four.refused, 100);
+    EXPECT_EQ(at_four.certified, judge(1.0).certified);
+  }
 }
 
 /// update.inc's closed form in double, rounded once: a device that is better than it need be.
+template <int axes>
 float closed_form_in_double(const Level& level, const VectorField& start, int x, int y) {
-  const Bounded::Site site = gather<Bounded>(level, start, x, y);
-  const Bounded::Prior prior = Bounded::prior_of(site);
+  using Bounded = Hdm<bounded::real, axes>;
+  const typename Bounded::Site site = gather<Bounded>(level, start, x, y, middle<axes>);
+  const typename Bounded::Prior prior = Bounded::prior_of(site);
   const double scale = static_cast<double>(level.strengths.front()) * site.inverse_curvature_x.exact();
   const double unobserved = -scale * prior.gradient_x.exact();
   const double reach = scale * site.penalty.exact() * site.confidence_x.exact() / 2.0;
@@ -116,93 +132,138 @@ float closed_form_in_double(const Level& level, const VectorField& start, int x,
   return static_cast<float>(moved);
 }
 
-TEST(Certificate, HoldsForAClosedFormThatIsUndecidedBetweenItsBranches) {
-  int differing = 0;
-  for (std::uint64_t seed = 1; seed <= 200; ++seed) {
-    auto [level, start] = test::random_problem({5, 5}, Texture::smooth, seed, {}, Rule::closed_form);
-    level.strengths = {1.0F};
-    const std::size_t middle = level.extent.index(2, 2);
-    level.confidence[0][middle] = 0.37F;
-    const auto answer = [&, &level = level, &start = start](float target) {
-      level.target[0][middle] = target;
-      return proofs_of(level).specified_answer(level, start, 0, 2, 2).x;
-    };
-    float target = answer(1e6F); // as far as the observation can pull: the branches meet here
-    for (int i = 0; i < 50; ++i) {
-      target = std::nextafter(target, -1e6F);
-    }
-    for (int i = 0; i < 100; ++i, target = std::nextafter(target, 1e6F)) {
-      const float expected = answer(target);
-      const float found = closed_form_in_double(level, start, 2, 2);
-      const SiteAnswer other{found, proofs_of(level).specified_answer(level, start, 0, 2, 2).y};
-      EXPECT_TRUE(proofs_of(level).certify(level, start, 0, 2, 2, other).holds)
-          << "seed " << seed << ", target " << target;
-      const SiteAnswer wrong{found + 1e-4F, other.y};
-      EXPECT_FALSE(proofs_of(level).certify(level, start, 0, 2, 2, wrong).holds)
-          << "seed " << seed << ", target " << target;
-      differing += found != expected ? 1 : 0;
-    }
+/// How many of the answers differed that such a device gives beside where the branches meet.
+template <int axes>
+int certify_undecided(std::uint64_t seed) {
+  constexpr int z = middle<axes>;
+  auto [level, start] = test::random_problem(small<axes>, Texture::smooth, seed, {}, Rule::closed_form);
+  level.strengths = {1.0F};
+  const std::size_t at = level.extent.index(2, 2, z);
+  level.confidence[0][at] = 0.37F;
+  const auto answer = [&, &level = level, &start = start](float target) {
+    level.target[0][at] = target;
+    return proofs_of(level).specified_answer(level, start, 0, 2, 2, z);
+  };
+  float target = answer(1e6F)[0]; // as far as the observation can pull: the branches meet here
+  for (int i = 0; i < 50; ++i) {
+    target = std::nextafter(target, -1e6F);
   }
-  EXPECT_GT(differing, 1000) << "nothing was judged";
+  int differing = 0;
+  for (int i = 0; i < 100; ++i, target = std::nextafter(target, 1e6F)) {
+    const SiteAnswer expected = answer(target);
+    const float found = closed_form_in_double<axes>(level, start, 2, 2);
+    SiteAnswer other = expected;
+    for (const auto& [error, holds] : {std::pair{0.0F, true}, {1e-4F, false}}) {
+      other[0] = found + error;
+      EXPECT_EQ(proofs_of(level).certify(level, start, 0, 2, 2, z, other).holds, holds)
+          << axes << " axes, seed " << seed << ", target " << target;
+    }
+    differing += found != expected[0] ? 1 : 0;
+  }
+  return differing;
 }
 
-Scene make_scene(Texture texture) {
-  return test::textured_scene("certified", {72, 60}, texture, 11, 20);
+TEST(Certificate, HoldsForAClosedFormThatIsUndecidedBetweenItsBranches) {
+  for (const auto& certify : {certify_undecided<2>, certify_undecided<3>}) {
+    int differing = 0;
+    for (std::uint64_t seed = 1; seed <= 200; ++seed) {
+      differing += certify(seed);
+    }
+    EXPECT_GT(differing, 1000) << "nothing was judged";
+  }
 }
+
 
 TEST(Verify, MistrustsASceneThatIsDeclaredExactAndIsNot) {
-  Scene scene = make_scene(Texture::tie_rich);
-  scene.exact = true;
-  for (const Comparison& comparison : test::verified(scene, test::scalar())) {
-    EXPECT_EQ(comparison.verdict, Verdict::mistrusted);
-    EXPECT_NE(comparison.reason.find("declared exact, but level 0, x = 0, y = 0, sweep 0"), std::string::npos)
-        << comparison.reason;
+  for (const Extent extent : {Extent{72, 60}, Extent{18, 15, 11}}) {
+    for (const Texture texture : {Texture::tie_rich, Texture::dyadic}) {
+      Scene scene = test::textured_scene("certified", extent, texture, 11, 20);
+      scene.exact = true;
+      for (const Comparison& comparison : test::verified(scene, test::scalar())) {
+        if (texture == Texture::tie_rich) {
+          EXPECT_EQ(comparison.verdict, Verdict::mistrusted);
+          EXPECT_THAT(comparison.reason, HasSubstr("declared exact, but level 0, x = 0, y = 0"));
+        } else {
+          EXPECT_EQ(comparison.tier, test::is_idle(comparison) ? Tier::none : Tier::exact)
+              << comparison.reason;
+        }
+      }
+    }
   }
-  scene = make_scene(Texture::dyadic);
-  scene.exact = true;
-  for (const Comparison& comparison : test::verified(scene, test::scalar())) {
-    EXPECT_EQ(comparison.tier, test::is_idle(comparison) ? Tier::none : Tier::exact) << comparison.reason;
+}
+
+/// A volume of fused operations is certified, and one site that is a candidate off is not.
+TEST(Verify, CertifiesFusedVolumesAndNothingElse) {
+  for (const char* const method : {"icm", "closed-form", "coloured", "conjugate-gradients"}) {
+    Scene scene = load_scene("ball", {.size = Extent{15, 14, 13}});
+    use_method(scene, find_method(method), 6);
+    const auto fused = faults::make_fused();
+    bool is_certified = false;
+    for (const Comparison& comparison : test::verified(scene, *fused)) {
+      EXPECT_THAT(comparison.verdict,
+                  testing::AnyOf(Verdict::agree, Verdict::certified, Verdict::skipped))
+          << method << ", " << name_of(comparison.mode) << ": " << comparison.reason;
+      is_certified = is_certified || comparison.verdict == Verdict::certified;
+    }
+    EXPECT_TRUE(is_certified || std::string_view(method) == "icm") << method;
   }
 }
 
 // ---- The bound
 
-/// Of the x component's energy change in float32, against exact arithmetic on the same displacements,
+/// Of the energy change of component `axis` in float32, against exact arithmetic on the same displacements,
 /// targets, confidences and moduli; 1 / m enters with the rounding of the host.
-double change_bound(const Level& level, const VectorField& field, int x, int y, float step) {
-  const Bounded::Site site = gather<Bounded>(level, field, x, y, 0, [](float inverse_modulus) {
-    return bounded::real(inverse_modulus,
-                         bounded::unit_roundoff * static_cast<double>(inverse_modulus) * bounded::inflation);
+template <typename Energy, typename Inverse>
+typename Energy::real change_at(const Level& level, const VectorField& field, std::array<int, 3> at,
+                                std::size_t axis, float step, const Inverse& inverse) {
+  const auto& of = Energy::of_axis[axis];
+  const typename Energy::Site site = gather<Energy>(level, field, at[0], at[1], at[2], inverse);
+  const typename Energy::Prior prior = Energy::prior_of(site);
+  return Energy::energy_change(step, prior.*of.gradient, prior.*of.curvature,
+                               site.*of.target - (site.*of.displacement).centre,
+                               site.penalty * site.*of.confidence);
+}
+
+/// The largest error of all sites as a share of its bound.
+template <int axes>
+double largest_share(Extent extent, Texture texture, std::uint64_t seed) {
+  const auto [level, field] = test::random_problem(extent, texture, seed);
+  const ThesisEnergy energy(level, field);
+  const auto rounded = [](float inverse) {
+    return bounded::real(inverse,
+                         bounded::unit_roundoff * static_cast<double>(inverse) * bounded::inflation);
+  };
+  double largest = 0.0;
+  for_each_site(extent, [&, &level = level, &field = field](int x, int y, int z) {
+    using Value = ThesisEnergy::Value;
+    constexpr double Value::*of_axis[] = {&Value::x, &Value::y, &Value::z};
+    for (std::size_t axis = 0; axis < axes; axis += 2) { // x and z: y is x transposed
+      for (const float step : {-1.0F, 0.1F}) {
+        const std::array<float, 3> here = site_of(field, extent.index(x, y, z));
+        Value moved{here[0], here[1], here[2]};
+        moved.*of_axis[axis] += double{step};
+        const double exact = energy.at(x, y, moved, z).*of_axis[axis] - energy.at(x, y, z).*of_axis[axis];
+        const float computed =
+            change_at<Hdm<float, axes>>(level, field, {x, y, z}, axis, step, [](float same) { return same; });
+        const double bound =
+            change_at<Hdm<bounded::real, axes>>(level, field, {x, y, z}, axis, step, rounded).error();
+        largest = std::max(largest, std::abs(static_cast<double>(computed) - exact) / bound);
+      }
+    }
   });
-  const Bounded::Prior prior = Bounded::prior_of(site);
-  return Bounded::energy_change(step, prior.gradient_x, prior.curvature_x, site.target_x - site.dx.centre,
-                                site.penalty * site.confidence_x)
-      .error();
+  return largest;
 }
 
 TEST(RoundingBound, IsNeverExceededAndIsReached) {
   for (const Texture texture : {Texture::smooth, Texture::tie_rich}) {
-    double largest_share = 0.0;
+    double in_image = 0.0;
+    double in_volume = 0.0;
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
-      const auto [level, field] = test::random_problem({60, 50}, texture, seed);
-      const ThesisEnergy energy(level, field);
-      for_each_site(level.extent, [&, &level = level, &field = field](int x, int y) {
-        for (const float step : {-1.0F, 0.1F}) {
-          const HdmInFloat::Site site = gather<HdmInFloat>(level, field, x, y);
-          const HdmInFloat::Prior prior = HdmInFloat::prior_of(site);
-          const float computed =
-              HdmInFloat::energy_change(step, prior.gradient_x, prior.curvature_x,
-                                        site.target_x - site.dx.centre, site.penalty * site.confidence_x);
-          const double moved = double{site.dx.centre} + double{step};
-          const double exact = energy.at(x, y, {moved, site.dy.centre}).x - energy.at(x, y).x;
-          const double error = std::abs(static_cast<double>(computed) - exact);
-          const double bound = change_bound(level, field, x, y, step);
-          ASSERT_LE(error, bound) << "seed " << seed << ", x = " << x << ", y = " << y << ", step " << step;
-          largest_share = std::max(largest_share, error / bound);
-        }
-      });
+      in_image = std::max(in_image, largest_share<2>({60, 50}, texture, seed));
+      in_volume = std::max(in_volume, largest_share<3>({15, 14, 13}, texture, seed));
+      ASSERT_LE(std::max(in_image, in_volume), 1.0) << "seed " << seed;
     }
-    EXPECT_GE(largest_share, 0.1) << "a bound that nothing comes near lets mistakes pass";
+    EXPECT_GE(std::min(in_image, in_volume), 0.1) << "a bound that nothing comes near lets mistakes pass";
   }
 }
 

@@ -105,16 +105,16 @@ TEST(CoupledEnergy, FusedOperationsAreCertifiedAndWrongAnswersAreNot) {
   test::Problem problem = test::random_problem({9, 9}, test::Texture::smooth, 77, {}, Rule::closed_form);
   test::couple(problem.level);
   for (int x = 1; x < 8; ++x) {
-    const SiteAnswer right = proofs_of(problem.level).specified_answer(problem.level, problem.start, 0, x, 4);
+    const SiteAnswer right = proofs_of(problem.level).specified_answer(problem.level, problem.start, 0, x, 4, 0);
     if (problem.level.confidence[1][problem.level.extent.index(x, 4)] > 0.0F) {
       continue;
     }
     EXPECT_FALSE(proofs_of(problem.level)
-                     .certify(problem.level, problem.start, 0, x, 4, {right.x, right.y + 0.01F})
+                     .certify(problem.level, problem.start, 0, x, 4, 0, {right[0], right[1] + 0.01F})
                      .holds);
     // An x that is off by more than rounding is no excuse for y either.
     EXPECT_FALSE(proofs_of(problem.level)
-                     .certify(problem.level, problem.start, 0, x, 4, {right.x + 0.01F, right.y})
+                     .certify(problem.level, problem.start, 0, x, 4, 0, {right[0] + 0.01F, right[1]})
                      .holds);
   }
 }

@@ -3,6 +3,7 @@
 
 #include "backends/registry.hpp"
 #include "backends/shared/elastic_session.hpp"
+#include "harness/check/cases.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "reference/finite_elements.hpp"
 #include "test/random_level.hpp"
@@ -19,9 +20,6 @@ namespace {
 using test::elastic_level;
 using test::Held;
 using test::Tissue;
-
-constexpr std::array<Extent, 6> odd_boxes{
-    {{2, 2, 2}, {5, 7, 3}, {9, 7, 12}, {33, 7, 15}, {9, 30, 22}, {16, 18, 17}}};
 
 std::string name_of(Extent extent) {
   return std::to_string(extent.width) + " x " + std::to_string(extent.height) + " x " +
@@ -74,7 +72,7 @@ VectorField free_field(const ElasticLevel& level, std::uint64_t seed) {
 }
 
 TEST(ElasticVolume, EnergyOfTheImageIsThatOfFiniteElements) {
-  for (const Extent extent : odd_boxes) {
+  for (const Extent extent : odd_volumes()) {
     const Level level = elastic_level(extent, Tissue::noise, Held::scattered, 100.0, 3);
     const ElasticHierarchy hierarchy = make_elastic_hierarchy(level, 0.3, Springs::none);
     const auto session = open_session("scalar", 1);
@@ -160,7 +158,7 @@ TEST_P(VolumeBits, AreThoseOfScalar) {
     GTEST_SKIP() << GetParam().backend << " is not there: " << error.what();
   }
   const auto scalar = open_session("scalar", 1);
-  for (const Extent extent : odd_boxes) {
+  for (const Extent extent : odd_volumes()) {
     for (const Held held : {Held::border, Held::regions, Held::springs}) {
       const Level level = elastic_level(extent, Tissue::inclusion, held, 100.0, 6);
       const ElasticHierarchy hierarchy = make_elastic_hierarchy(level, 0.3);

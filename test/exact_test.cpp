@@ -2,9 +2,9 @@
 // a compiler's freedom does to these scenes is in free_backend_test.
 
 #include "harness/check/certificate.hpp"
+#include "harness/check/compare.hpp"
 
 #include "harness/scene/level_sequence.hpp"
-#include "kernels/data/gather.hpp"
 #include "test/files.hpp"
 #include "test/scenes.hpp"
 
@@ -17,10 +17,9 @@ using test::Texture;
 /// Update::sequential.
 VectorField swept(const Level& level, const VectorField& from, int number) {
   VectorField next(level.extent);
-  for_each_site(level.extent, [&](int x, int y) {
-    const HdmInFloat::Displacement moved = swept_site<HdmInFloat>(level, from, number, x, y);
-    next[0][level.extent.index(x, y)] = moved.x;
-    next[1][level.extent.index(x, y)] = moved.y;
+  for_each_site(level.extent, [&](int x, int y, int z) {
+    set_site(next, level.extent.index(x, y, z),
+             proofs_of(level).specified_answer(level, from, number, x, y, z));
   });
   return next;
 }
@@ -47,13 +46,14 @@ class ExactScene : public testing::TestWithParam<std::string> {};
 
 /// Extent{}: its own size.
 TEST_P(ExactScene, IsDeclaredAndProvenAtEverySweepOfEverySizeAndOrderOfSites) {
-  for (const Extent extent : {Extent{}, Extent{1, 1}, Extent{2, 8}, Extent{32, 16}, Extent{16, 16}}) {
+  for (const Extent extent :
+       {Extent{}, Extent{1, 1}, Extent{2, 8}, Extent{32, 16}, Extent{16, 16}, Extent{16, 8, 8}}) {
     for (const Update update : test::simultaneous_and_coloured) {
       Scene scene =
           load_scene(GetParam(), {.size = extent == Extent{} ? std::nullopt : std::optional(extent)});
       EXPECT_TRUE(scene.exact);
       scene.full.update = update;
-      EXPECT_EQ(inexact(scene), "") << extent.width << " x " << extent.height;
+      EXPECT_EQ(inexact(scene), "") << extent.text();
     }
   }
 }
@@ -63,8 +63,9 @@ INSTANTIATE_TEST_SUITE_P(Shipped, ExactScene,
                          [](const auto& parameter) { return parameter.param.substr(6); });
 
 TEST(Exactness, IsAPropertyOfTheDyadicTexture) {
-  constexpr std::array extents{Extent{1, 1}, Extent{1, 9},  Extent{13, 1}, Extent{2, 2},
-                               Extent{5, 8}, Extent{17, 3}, Extent{24, 19}};
+  constexpr std::array extents{Extent{1, 1},  Extent{1, 9},   Extent{13, 1},   Extent{2, 2},
+                               Extent{5, 8},  Extent{17, 3},  Extent{24, 19},  Extent{2, 2, 2},
+                               Extent{3, 5, 7}, Extent{9, 4, 3}};
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     const Update update = test::simultaneous_and_coloured[seed % 3];
     auto [level, field] =

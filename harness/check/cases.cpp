@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <iterator>
 #include <random>
 
@@ -21,8 +22,8 @@ Scene square_from_rough_start(Extent extent) {
   scene.source.clear();
   std::mt19937 source(1);
   VectorField& start = scene.start.emplace(extent);
-  for (auto* const values : {&start[0], &start[1]}) {
-    for (float& value : *values) {
+  for (std::vector<float>& values : start.planes) {
+    for (float& value : values) {
       value = 20.0F * (static_cast<float>(source() >> 8) * 0x1p-23F - 1.0F);
     }
   }
@@ -39,12 +40,27 @@ std::vector<std::string> other_methods() {
   return names;
 }
 
+constexpr Extent small_volume{9, 30, 22};
+
+/// The shipped volumes with sides that are no multiples of anything, by both energies.
+std::vector<Case> volume_cases(int iterations, int elastic_iterations) {
+  std::vector<Case> cases;
+  for (const auto& [scene, size] : {std::pair{"cube", Extent{21, 17, 13}}, {"ball", Extent{18, 21, 15}}}) {
+    cases.push_back({.scene = scene, .size = size, .iterations = iterations});
+    cases.push_back({.scene = scene,
+                     .size = size,
+                     .method = std::string(elastic_conjugate_gradients),
+                     .iterations = elastic_iterations});
+  }
+  return cases;
+}
+
 } // namespace
 
 std::string Case::name() const {
   std::string text = scene;
   if (size) {
-    text += fmt::format(", {} x {}", size->width, size->height);
+    text += ", " + size->text();
   }
   if (!method.empty()) {
     text += ", " + method;
@@ -74,6 +90,12 @@ void limit_iterations(Scene& scene, const Case& one) {
   iterations = std::min(iterations, one.iterations.value_or(iterations));
 }
 
+std::span<const Extent> odd_volumes() {
+  static constexpr std::array<Extent, 6> all{
+      {{2, 2, 2}, {5, 7, 3}, {9, 7, 12}, {33, 7, 15}, {9, 30, 22}, {16, 18, 17}}};
+  return all;
+}
+
 std::vector<Case> verify_cases(bool quick) {
   std::vector<Case> cases;
   for (const std::string& scene : shipped_scenes()) {
@@ -87,12 +109,15 @@ std::vector<Case> verify_cases(bool quick) {
   }
   for (const std::string& method : other_methods()) {
     cases.push_back({.scene = "random", .method = method, .iterations = 5});
+    cases.push_back({.scene = "random", .size = small_volume, .method = method, .iterations = 2});
   }
   // A shorter run has a modulus at every site, and a region that is prescribed.
   const std::vector<std::string> two{"random", "circular-radial"};
   for (const std::string& scene : quick ? two : shipped_scenes()) {
     cases.push_back({.scene = scene, .method = std::string(elastic_conjugate_gradients), .iterations = 2});
   }
+  cases.push_back({.scene = "exact-pyramid", .size = Extent{16, 8, 8}});
+  std::ranges::move(volume_cases(5, 2), std::back_inserter(cases));
   return cases;
 }
 
@@ -119,6 +144,10 @@ std::vector<Case> golden_cases() {
                      .method = std::string(elastic_conjugate_gradients),
                      .iterations = few});
   }
+  for (const std::string& method : other_methods()) {
+    cases.push_back({.scene = "random", .size = small_volume, .method = method, .iterations = few});
+  }
+  std::ranges::move(volume_cases(few, few), std::back_inserter(cases));
   return cases;
 }
 

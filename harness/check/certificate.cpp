@@ -17,7 +17,7 @@ const EnergyProofs& proofs_of(const Level& level) {
 }
 
 std::string InexactOperation::text() const {
-  const std::string site = fmt::format("x = {}, y = {}, sweep {}: ", x, y, sweep);
+  const std::string site = fmt::format("{}, sweep {}: ", place, sweep);
   const std::string where = site + (operation == '=' ? fmt::format("the value {}", left)
                                                      : fmt::format("{} {} {}", left, operation, right));
   if (operation == '/') {

@@ -54,20 +54,27 @@ double largest_magnitude(const VectorField& field) {
 }
 
 void RestingTiles::begin_level(Extent extent) {
+  const auto tiles = [](int sites) { return (sites + side - 1) / side; };
   extent_ = extent;
-  tiles_ = {(extent.width + side - 1) / side, (extent.height + side - 1) / side};
+  tiles_ = {tiles(extent.width), tiles(extent.height), tiles(extent.depth)};
   awake_.assign(tiles_.sites(), 1);
 }
 
 std::int64_t RestingTiles::sweep(const VectorField& before, const VectorField& after) {
   std::int64_t at_rest = 0;
-  for_each_site(extent_, [&](int x, int y) { at_rest += rests(x, y) ? 1 : 0; });
+  for_each_site(extent_, [&](int x, int y, int z) { at_rest += rests(x, y, z) ? 1 : 0; });
   std::ranges::fill(awake_, 0);
-  for_each_site(extent_, [&](int x, int y) {
-    if (differs(before, after, extent_.index(x, y))) { // then all tiles that the site belongs to or touches
-      for (const int row : {std::max(y - 1, 0), std::min(y + 1, extent_.height - 1)}) {
-        for (const int column : {std::max(x - 1, 0), std::min(x + 1, extent_.width - 1)}) {
-          awake_[tiles_.index(column / side, row / side)] = 1;
+  // The tiles of both neighbours along an axis: all that the site belongs to or touches.
+  const auto around = [](int at, int sites) {
+    return std::array{std::max(at - 1, 0) / side, std::min(at + 1, sites - 1) / side};
+  };
+  for_each_site(extent_, [&](int x, int y, int z) {
+    if (differs(before, after, extent_.index(x, y, z))) {
+      for (const int slice : around(z, extent_.depth)) {
+        for (const int row : around(y, extent_.height)) {
+          for (const int column : around(x, extent_.width)) {
+            awake_[tiles_.index(column, row, slice)] = 1;
+          }
         }
       }
     }

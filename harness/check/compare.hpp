@@ -2,6 +2,7 @@
 
 #include "kernels/data/field.hpp"
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <vector>
@@ -27,6 +28,17 @@ struct FieldDifference {
   return !same;
 }
 
+/// The components of a site by axis, 0 where the field has none.
+[[nodiscard]] inline std::array<float, 3> site_of(const VectorField& field, std::size_t site) {
+  const auto of = [&](std::size_t axis) { return field[axis].empty() ? 0.0F : field[axis][site]; };
+  return {of(0), of(1), of(2)};
+}
+inline void set_site(VectorField& field, std::size_t site, const std::array<float, 3>& values) {
+  for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
+    field[axis][site] = values[axis];
+  }
+}
+
 /// Whether all components of the site are finite numbers.
 [[nodiscard]] bool is_finite(const VectorField& field, std::size_t site);
 /// The same of all sites.
@@ -35,7 +47,7 @@ struct FieldDifference {
 /// The length of the longest vector; 0 for an empty field.
 [[nodiscard]] double largest_magnitude(const VectorField& field);
 
-/// How much of a level Work::active may leave out, were its tiles 16 x 16: in a sweep, a tile in which, and
+/// How much of a level Work::active may leave out, were its tiles 16 sites a side: in a sweep, a tile in which, and
 /// next to which, no site changed in the sweep before. Backends may have other tiles.
 class RestingTiles {
 public:
@@ -44,7 +56,9 @@ public:
   /// Returns the number of sites in tiles that were at rest during this sweep.
   std::int64_t sweep(const VectorField& before, const VectorField& after);
   /// Whether the tile of this site will be at rest in the next sweep.
-  [[nodiscard]] bool rests(int x, int y) const { return awake_[tiles_.index(x / side, y / side)] == 0; }
+  [[nodiscard]] bool rests(int x, int y, int z = 0) const {
+    return awake_[tiles_.index(x / side, y / side, z / side)] == 0;
+  }
 
 private:
   static constexpr int side = 16;

@@ -8,6 +8,7 @@
 #include "kernels/specification/built_energy.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <span>
@@ -19,10 +20,17 @@ extern const EnergyProofs proofs;
 
 namespace {
 
-using InFloat = ::hdmbench::HDMBENCH_ENERGY<float>;
-using Bounded = ::hdmbench::HDMBENCH_ENERGY<bounded::real>;
-using Proven = ::hdmbench::HDMBENCH_ENERGY<proven::real>;
-using Fused = ::hdmbench::HDMBENCH_ENERGY<fused::real>;
+template <typename Scalar, int axes>
+using Arithmetic = ::hdmbench::HDMBENCH_ENERGY<Scalar, axes>;
+/// Whose moves of one component are the same for any number of axes.
+using Bounded = Arithmetic<bounded::real, 2>;
+
+/// call<Energy>(), which has this scalar and as many axes as the level.
+template <typename Scalar, typename Call>
+auto with_axes_of(const Level& level, const Call& call) {
+  return level.extent.axes() > 2 ? call.template operator()<Arithmetic<Scalar, 3>>()
+                                 : call.template operator()<Arithmetic<Scalar, 2>>();
+}
 
 constexpr double never = std::numeric_limits<double>::infinity();
 
@@ -108,7 +116,7 @@ double judge(const Level& level, const Component& at, float strength, float befo
   return never;
 }
 
-/// How far x went from `before` to what a device found: the candidate where there is one, else the
+/// How far a component went from `before` to what a device found: the candidate where there is one, else the
 /// difference.
 bounded::real step_to(const Level& level, float before, float found) {
   if (level.rule == Rule::steps) {
@@ -121,70 +129,87 @@ bounded::real step_to(const Level& level, float before, float found) {
   return bounded::real(found) - bounded::real(before);
 }
 
-SiteAnswer answer(const Level& level, const VectorField& before, int number, int x, int y) {
-  const InFloat::Displacement next = swept_site<InFloat>(level, before, number, x, y);
-  return {next.x, next.y};
+float stored(float value) {
+  return value;
 }
 
-SiteAnswer answer_if_fused(const Level& level, const VectorField& before, int number, int x, int y) {
-  const Fused::Displacement next = swept_site<Fused>(level, before, number, x, y);
-  return {next.x.value, next.y.value};
+template <typename Scalar>
+SiteAnswer answer(const Level& level, const VectorField& before, int number, int x, int y, int z) {
+  return with_axes_of<Scalar>(level, [&]<typename Energy>() {
+    const typename Energy::Displacement next = swept_site<Energy>(level, before, number, x, y, z);
+    SiteAnswer found{};
+    for (std::size_t axis = 0; axis < Energy::axes; ++axis) {
+      found[axis] = stored(next.*Energy::of_axis[axis].moved);
+    }
+    return found;
+  });
 }
 
-/// y is judged by where the device has put x.
-Certificate certificate(const Level& level, const VectorField& before, int number, int x, int y,
-                        SiteAnswer found) {
-  const SiteAnswer expected = answer(level, before, number, x, y);
-  const Bounded::Site site = gather<Bounded>(level, before, x, y);
-  const Bounded::Prior prior = Bounded::prior_of(site);
+/// Half the gradient of a component once those before it have gone their ways.
+template <typename Energy>
+bounded::real gradient_of(std::size_t axis, const typename Energy::Prior& prior,
+                          const std::array<bounded::real, 3>& ways) {
+  if constexpr (Energy::axes > 2) {
+    if (axis == 2) {
+      return Energy::gradient_after_both(prior, ways[0], ways[1]);
+    }
+  }
+  return axis == 0 ? prior.gradient_x : Energy::gradient_after(prior, ways[0]);
+}
+
+/// A component is judged by where the device has put those before it.
+Certificate certificate(const Level& level, const VectorField& before, int number, int x, int y, int z,
+                        const SiteAnswer& found) {
+  const SiteAnswer expected = answer<float>(level, before, number, x, y, z);
   const SweepState state = sweep_state(level, number);
-  const InFloat::Sweep turn{state.colour, state.strength, state.number, state.seed};
-  const InFloat::Position position{static_cast<float>(x), static_cast<float>(y)};
   const int colours = sweeps_per_iteration(level);
-  const std::size_t i = level.extent.index(x, y);
-
-  double share_x = 0.0;
-  double share_y = 0.0;
-  if (found.x != expected.x) {
-    const Component component{site.dx.centre,
-                              prior.gradient_x,
-                              prior.curvature_x,
-                              site.target_x,
-                              site.penalty * site.confidence_x,
-                              site.inverse_curvature_x};
-    const bool moves = InFloat::moves_x(colours, position, turn);
-    share_x = moves ? judge(level, component, turn.strength, before[0][i], found.x) : never;
-  }
-  if (found.y != expected.y || (InFloat::couples && found.x != expected.x)) {
-    const Component component{site.dy.centre,
-                              Bounded::gradient_after(prior, step_to(level, before[0][i], found.x)),
-                              prior.curvature_y,
-                              site.target_y,
-                              site.penalty * site.confidence_y,
-                              site.inverse_curvature_y};
-    const bool moves = InFloat::moves_y(colours, position, turn);
-    share_y = moves                   ? judge(level, component, turn.strength, before[1][i], found.y)
-              : found.y == expected.y ? 0.0
-                                      : never;
-  }
-  const double largest = std::max(share_x, share_y);
-  return {.holds = largest <= 1.0, .gap_over_bound = largest};
+  const std::size_t at = level.extent.index(x, y, z);
+  return with_axes_of<bounded::real>(level, [&]<typename Energy>() {
+    using InFloat = Arithmetic<float, Energy::axes>;
+    const typename Energy::Site site = gather<Energy>(level, before, x, y, z);
+    const typename Energy::Prior prior = Energy::prior_of(site);
+    const typename InFloat::Sweep turn{state.colour, state.strength, state.number, state.seed};
+    std::array<bounded::real, 3> ways;
+    bool is_other = false;
+    double largest = 0.0;
+    for (std::size_t axis = 0; axis < Energy::axes; ++axis) {
+      const auto& of = Energy::of_axis[axis];
+      const bool differs = found[axis] != expected[axis];
+      if (differs || (Energy::couples && is_other)) {
+        const Component component{(site.*of.displacement).centre,
+                                  gradient_of<Energy>(axis, prior, ways),
+                                  prior.*of.curvature,
+                                  site.*of.target,
+                                  site.penalty * site.*of.confidence,
+                                  site.*of.inverse_curvature};
+        const bool moves = InFloat::of_axis[axis].moves(colours, InFloat::position_of(x, y, z), turn);
+        largest = std::max(
+            largest, moves     ? judge(level, component, turn.strength, before[axis][at], found[axis])
+                     : differs ? never
+                               : 0.0);
+      }
+      is_other = is_other || differs;
+      ways[axis] = step_to(level, before[axis][at], found[axis]);
+    }
+    return Certificate{.holds = largest <= 1.0, .gap_over_bound = largest};
+  });
 }
 
 std::optional<InexactOperation> inexact_operation(const Level& level, const VectorField& before, int number) {
-  int x = 0;
-  int y = 0;
+  std::size_t at = 0;
   try {
-    for (y = 0; y < level.extent.height; ++y) {
-      for (x = 0; x < level.extent.width; ++x) {
-        const std::size_t at = level.extent.index(x, y);
-        proven::require_exact_inverse(level.modulus.values[at], level.inverse_modulus.values[at]);
-        (void)swept_site<Proven>(level, before, number, x, y);
+    for (int z = 0; z < level.extent.depth; ++z) {
+      for (int y = 0; y < level.extent.height; ++y) {
+        for (int x = 0; x < level.extent.width; ++x, ++at) {
+          proven::require_exact_inverse(level.modulus.values[at], level.inverse_modulus.values[at]);
+          (void)with_axes_of<proven::real>(level, [&]<typename Energy>() {
+            return swept_site<Energy>(level, before, number, x, y, z), 0;
+          });
+        }
       }
     }
   } catch (InexactOperation& found) {
-    found.x = x;
-    found.y = y;
+    found.place = level.extent.place(at);
     found.sweep = number;
     return found;
   }
@@ -193,6 +218,6 @@ std::optional<InexactOperation> inexact_operation(const Level& level, const Vect
 
 } // namespace
 
-const EnergyProofs proofs{answer, answer_if_fused, certificate, inexact_operation};
+const EnergyProofs proofs{answer<float>, answer<fused::real>, certificate, inexact_operation};
 
 } // namespace hdmbench::energies::HDMBENCH_ENERGY

@@ -257,8 +257,7 @@ GoldenOutcome GoldenSolver::solve(const Scene& scene, Progress& progress) {
   if (!outcome.reason.empty()) {
     return outcome;
   }
-  progress.describe(fmt::format("golden {}, {} x {}, {} on {}", scene.name, scene.extent().width,
-                                scene.extent().height, scene.schedule.method, outcome.backend));
+  progress.describe(fmt::format("golden {}, {}, {} on {}", scene.name, scene.extent().text(), scene.schedule.method, outcome.backend));
   outcome.verdict = Verdict::agree;
   const auto doubt = [&](std::string reason) {
     outcome.is_sound = false;

@@ -268,10 +268,12 @@ ProbeRow fused_in_sweep(std::string text, Rule rule, Session& session) {
       .zero_has_sign = false};
   std::vector<float> found;
   for_each_site(extent, [&](int x, int y) {
-    const SiteAnswer specified = proofs_of(level).specified_answer(level, before, 0, x, y);
-    const SiteAnswer fused = proofs_of(level).fused_answer(level, before, 0, x, y);
-    question.answers.insert(question.answers.end(), {{specified.x, fused.x}, {specified.y, fused.y}});
-    found.insert(found.end(), {swept[0][extent.index(x, y)], swept[1][extent.index(x, y)]});
+    const SiteAnswer specified = proofs_of(level).specified_answer(level, before, 0, x, y, 0);
+    const SiteAnswer fused = proofs_of(level).fused_answer(level, before, 0, x, y, 0);
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      question.answers.push_back({specified[axis], fused[axis]});
+      found.push_back(swept[axis][extent.index(x, y)]);
+    }
   });
   return judged(question, found);
 }

@@ -39,7 +39,7 @@ struct real {
   real(float value_)
       : value(value_), magnitude(std::abs(static_cast<double>(value_))), quantum(lowest_bit(value_)) {
     if (!is_in_range(magnitude, quantum)) {
-      throw InexactOperation{0, 0, 0, '=', value, value, magnitude, quantum};
+      throw InexactOperation{'=', value, value, magnitude, quantum};
     }
   }
   real(int constant) : real(static_cast<float>(constant)) {}
@@ -70,7 +70,7 @@ private:
   }
   static real checked(char operation, real a, real b, real result, double exact) {
     if (!fits(result.magnitude, result.quantum) || result.wide() != exact) {
-      throw InexactOperation{0, 0, 0, operation, a.value, b.value, result.magnitude, result.quantum};
+      throw InexactOperation{operation, a.value, b.value, result.magnitude, result.quantum};
     }
     return result;
   }
@@ -89,7 +89,7 @@ inline real floor(real a) {
 inline void require_exact_inverse(float modulus, float inverse) {
   if (static_cast<double>(modulus) * static_cast<double>(inverse) != 1.0) {
     throw InexactOperation{
-        0, 0, 0, '/', 1.0F, modulus, std::abs(static_cast<double>(inverse)), lowest_bit(inverse)};
+        '/', 1.0F, modulus, std::abs(static_cast<double>(inverse)), lowest_bit(inverse)};
   }
 }
 

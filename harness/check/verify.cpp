@@ -12,7 +12,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <memory>
 #include <utility>
 
@@ -33,10 +32,9 @@ struct ReferenceStep {
 /// The specification's answer to `before`.
 VectorField specified(const ReferenceStep& step, const VectorField& before) {
   VectorField answers(before.extent);
-  for_each_site(before.extent, [&](int x, int y) {
-    const SiteAnswer answer = proofs_of(step.level).specified_answer(step.level, before, step.number, x, y);
-    answers[0][before.extent.index(x, y)] = answer.x;
-    answers[1][before.extent.index(x, y)] = answer.y;
+  for_each_site(before.extent, [&](int x, int y, int z) {
+    set_site(answers, before.extent.index(x, y, z),
+             proofs_of(step.level).specified_answer(step.level, before, step.number, x, y, z));
   });
   return answers;
 }
@@ -81,14 +79,11 @@ struct Follower {
     const bool as_reference = !drifted && drift.sites == 0;
     if (!as_reference) {
       judge_step(comparison, drifted ? specified(step, before) : step.after, field, step.place,
-                 [&](int x, int y, int /*z*/) {
-                   if (field.extent.axes() == 3) { // proofs are of images
-                     return Certificate{.gap_over_bound = std::numeric_limits<double>::infinity()};
-                   }
-                   const std::size_t at = field.extent.index(x, y);
+                 [&](int x, int y, int z) {
                    Certificate certificate =
                        proofs_of(step.level)
-                           .certify(step.level, before, step.number, x, y, {field[0][at], field[1][at]});
+                           .certify(step.level, before, step.number, x, y, z,
+                                    site_of(field, field.extent.index(x, y, z)));
                    certificate.holds = certificate.holds && !exact; // there is no rounding to explain it
                    return certificate;
                  });
@@ -126,9 +121,8 @@ public:
 
   std::vector<Comparison> compare_all() {
     for (const int index : levels_.order()) {
-      progress_.describe(fmt::format("verify {}, {}: level {} of {}, {} x {}", scene_.name,
-                                     method_name(scene_), index, levels_.order().size(),
-                                     levels_.extent(index).width, levels_.extent(index).height));
+      progress_.describe(fmt::format("verify {}, {}: level {} of {}, {}", scene_.name, method_name(scene_),
+                                     index, levels_.order().size(), levels_.extent(index).text()));
       compute(index);
     }
     const Conditions conditions{

@@ -282,6 +282,7 @@ Section section_of(const std::string& line, Pipeline pipeline) {
           .has_calls = parts[2] == "calls",
           .shader = parts[3],
           .common = {.method = meant_by(parts[1]),
+                     .axes = has("volume") ? 3U : 2U,
                      .part = parts[2] == "calls" ? Part::sweep : part_of(parts[2]),
                      .expected = has("control") ? Expected::let_through : Expected::disagree,
                      .is_guarded = has("guarded")}};
@@ -337,6 +338,7 @@ Planted plant(Pipeline pipeline, const DeviceFault& fault) {
           .layer = fault.edits.empty() ? Layer::driver : Layer::shader,
           .expected = fault.expected,
           .method = fault.method,
+          .axes = fault.axes,
           .part = fault.part,
           .make =
               [pipeline, fault, record] {

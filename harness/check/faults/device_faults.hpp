@@ -34,6 +34,7 @@ struct DeviceFault {
   std::string name{};
   std::string what{};         ///< one line for people
   std::string method = "icm"; ///< that it concerns
+  std::size_t axes = 2; ///< of the scenes
   Part part = Part::sweep;
   Expected expected = Expected::disagree;
   std::vector<Edit> edits{};

@@ -153,11 +153,9 @@ class FusedSession final : public Session {
   void do_step(int first, int sweeps) override {
     for (int number = first; number < first + sweeps; ++number) {
       const VectorField before = current_;
-      for_each_site(level_.extent, [&](int x, int y) {
-        const SiteAnswer next = proofs_of(level_).fused_answer(level_, before, number, x, y);
-        const std::size_t at = level_.extent.index(x, y);
-        current_[0][at] = next.x;
-        current_[1][at] = next.y;
+      for_each_site(level_.extent, [&](int x, int y, int z) {
+        set_site(current_, level_.extent.index(x, y, z),
+                 proofs_of(level_).fused_answer(level_, before, number, x, y, z));
       });
       changed_ = compare(before, current_).sites;
     }
@@ -173,7 +171,9 @@ public:
   std::string_view name() const override { return "fused"; }
   std::string_view description() const override { return "plain C++ with fused multiply-adds"; }
   std::vector<Device> devices() const override { return {cpu_device("1 thread")}; }
+  bool takes_volumes() const override { return true; }
   bool has_elastic() const override { return true; }
+  bool has_elastic_volumes() const override { return true; }
 
 private:
   std::unique_ptr<Session> do_open(std::size_t /*index*/, const SessionOptions& /*options*/) const override {

@@ -25,6 +25,7 @@ struct Fault {
   std::string name{};
   std::string what{};         ///< one line for people
   std::string method = "icm"; ///< that it concerns (harness/scene/method.hpp)
+  std::size_t axes = 0;       ///< 3: it is one of volumes alone; 0: of images, too
   Way way = Way::every;
   bool is_control = false;                      ///< no mistake: verify has to let it through
   std::function<void(Level&)> in_level{};       ///< spoils what load() uploads
@@ -57,7 +58,9 @@ public:
   std::string_view description() const override { return "planted fault"; }
   bool supports(Update update) const override { return sound_.supports(update); }
   std::vector<Device> devices() const override { return sound_.devices(); }
+  bool takes_volumes() const override { return sound_.takes_volumes(); }
   bool has_elastic() const override { return sound_.has_elastic(); }
+  bool has_elastic_volumes() const override { return sound_.has_elastic_volumes(); }
 
 private:
   std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& options) const override;

@@ -2,12 +2,14 @@
 
 #include "harness/check/compare.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/scene/sites.hpp"
 #include "kernels/data/pyramid.hpp"
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <iterator>
 #include <limits>
+#include <numeric>
 #include <utility>
 
 namespace hdmbench::faults {
@@ -21,8 +23,9 @@ void each_of(std::vector<float>& values, float (*change)(float)) {
 /// change() of every component of every site.
 std::function<void(VectorField&)> each(float (*change)(float)) {
   return [change](VectorField& field) {
-    each_of(field[0], change);
-    each_of(field[1], change);
+    for (std::vector<float>& plane : field.planes) {
+      each_of(plane, change);
+    }
   };
 }
 
@@ -30,18 +33,30 @@ float one_ulp_up(float value) {
   return std::nextafter(value, std::numeric_limits<float>::infinity());
 }
 
-void copy_site(const VectorField& from, std::size_t site, VectorField& to) {
-  to[0][site] = from[0][site];
-  to[1][site] = from[1][site];
+/// The last axis of the field.
+std::vector<float>& last_plane(VectorField& field) {
+  return field[field.extent.axes() - 1];
 }
 
-void turn_upside_down(VectorField& field) {
-  const VectorField upright = field;
-  for_each_site(field.extent, [&](int x, int y) {
-    const std::size_t from = field.extent.index(x, field.extent.height - 1 - y);
-    field[0][field.extent.index(x, y)] = upright[0][from];
-    field[1][field.extent.index(x, y)] = upright[1][from];
-  });
+/// The sites that `chosen` returns true for keep what they had.
+template <typename Chosen>
+void keep(VectorField& after, const VectorField& before, const Chosen& chosen) {
+  for (std::size_t site = 0; site < after[0].size(); ++site) {
+    if (chosen(site)) {
+      set_site(after, site, site_of(before, site));
+    }
+  }
+}
+
+/// Row 0 last, or in a volume slice 0.
+void turn_round(VectorField& field) {
+  const auto [width, height, depth] = field.extent.sides();
+  const auto row = static_cast<std::ptrdiff_t>(width * (depth > 1 ? height : 1));
+  for (std::vector<float>& plane : field.planes) {
+    for (auto first = plane.begin(), last = plane.end(); last - first > row; first += row, last -= row) {
+      std::swap_ranges(first, first + row, last - row);
+    }
+  }
 }
 
 /// Makes a fault of one hook: in_read("name", "what is wrong", what the hook does).
@@ -49,10 +64,11 @@ template <auto hook>
 struct WithHook {
   std::string method = "icm";
   Way way = Way::every;
+  std::size_t axes = 0;
 
   Fault operator()(std::string name, std::string what,
                    std::remove_reference_t<decltype(std::declval<Fault>().*hook)> spoil) const {
-    Fault fault{.name = std::move(name), .what = std::move(what), .method = method, .way = way};
+    Fault fault{.name = std::move(name), .what = std::move(what), .method = method, .axes = axes, .way = way};
     fault.*hook = std::move(spoil);
     return fault;
   }
@@ -67,12 +83,13 @@ const WithHook<&Fault::in_changed> in_changed;
 
 const std::string elastic = std::string(elastic_conjugate_gradients);
 
-/// Sums over the image in double precision, without the last rows.
+/// Sums over the image in double precision, without the last rows of the last slice.
 auto in_double(int missing_rows) {
   return [missing_rows](const VectorField& a, const VectorField& b) {
     double sum = 0.0;
-    for (std::size_t i = 0; i < a.extent.index(0, a.extent.height - missing_rows); ++i) {
-      sum += static_cast<double>(a[0][i]) * b[0][i] + static_cast<double>(a[1][i]) * b[1][i];
+    for (std::size_t axis = 0; axis < a.extent.axes(); ++axis) {
+      sum = std::inner_product(a[axis].begin(), a[axis].end() - missing_rows * a.extent.width, b[axis].begin(),
+                               sum, std::plus<>(), std::multiplies<double>());
     }
     return static_cast<float>(sum);
   };
@@ -89,10 +106,19 @@ float& middle_of(std::vector<float>& values) {
   return values.at(set.empty() ? 0 : set[set.size() / 2]);
 }
 
+/// change(level) of every level of a hierarchy but the image.
+template <typename Change>
+std::function<void(ElasticHierarchy&)> on_coarse_levels(const Change& change) {
+  return [change](ElasticHierarchy& hierarchy) {
+    std::for_each(std::next(hierarchy.levels.begin()), hierarchy.levels.end(), change);
+  };
+}
+
 } // namespace
 
 std::vector<Fault> session_faults() {
   const WithHook<&Fault::in_level> in_closed_form{.method = "closed-form"};
+  const WithHook<&Fault::in_sweep> in_volume{.axes = 3};
   const WithHook<&Fault::in_write> in_begin{.way = Way::one_piece};
   const WithHook<&Fault::in_changed> in_last_count{.way = Way::one_piece};
   const WithHook<&Fault::in_sweep> in_active_sweep{.way = Way::active};
@@ -114,12 +140,12 @@ std::vector<Fault> session_faults() {
        .in_dot = in_double(0)},
       in_read("one-site-one-ulp", "one ulp at one site",
               [](VectorField& field) {
-                float& value = field[0][field[0].size() / 2];
+                float& value = last_plane(field)[field[0].size() / 2];
                 value = one_ulp_up(value);
               }),
       in_read("nan-at-one-site", "NaN at one site",
               [](VectorField& field) {
-                field[1][field[1].size() / 2] = std::numeric_limits<float>::quiet_NaN();
+                last_plane(field)[field[0].size() / 2] = std::numeric_limits<float>::quiet_NaN();
               }),
       in_step("skipped-sweep", "no sweep is done", [](int) { return 0; }),
       in_sweep("swapped-buffers", "every other time the field before the sweep is handed out",
@@ -129,10 +155,24 @@ std::vector<Fault> session_faults() {
                }),
       in_sweep("last-row-unwritten", "the last row keeps what it had",
                [](VectorField& after, const VectorField& before) {
-                 for (int x = 0; x < after.extent.width; ++x) {
-                   copy_site(before, after.extent.index(x, after.extent.height - 1), after);
-                 }
+                 const std::size_t first = after.extent.sites() - static_cast<std::size_t>(after.extent.width);
+                 keep(after, before, [=](std::size_t site) { return site >= first; });
                }),
+      in_sweep("last-component-unwritten", "the component along the last axis keeps what it had",
+               [](VectorField& after, const VectorField& before) {
+                 last_plane(after) = before[after.extent.axes() - 1];
+               }),
+      in_volume("last-slice-unwritten", "the last slice keeps what it had",
+                [](VectorField& after, const VectorField& before) {
+                  const std::size_t first = after.extent.index(0, 0, after.extent.depth - 1);
+                  keep(after, before, [=](std::size_t site) { return site >= first; });
+                }),
+      in_volume("step-of-y-along-z", "z takes the candidate that y took",
+                [](VectorField& after, const VectorField& before) {
+                  for (std::size_t site = 0; site < after[2].size(); ++site) {
+                    after[2][site] = before[2][site] + (after[1][site] - before[1][site]);
+                  }
+                }),
       in_level("in-place", "sites see what their neighbours have just become",
                [](Level& level) { level.update = Update::sequential; }),
       in_write("stale-upload", "the displacement uploaded is that of the upload before",
@@ -142,9 +182,9 @@ std::vector<Fault> session_faults() {
                  before = now;
                }),
       {.name = "upside-down",
-       .what = "row 0 at the bottom, as OpenGL has it, both ways",
-       .in_write = turn_upside_down,
-       .in_read = turn_upside_down},
+       .what = "row 0 at the bottom, as OpenGL has it, both ways; of a volume slice 0 at the back",
+       .in_write = turn_round,
+       .in_read = turn_round},
       in_level("inverse-modulus-one-ulp", "1 / m rounded up by one ulp",
                [](Level& level) { each_of(level.inverse_modulus.values, one_ulp_up); }),
       in_level("modulus-one-ulp", "m rounded up by one ulp, 1 / m right",
@@ -182,21 +222,17 @@ std::vector<Fault> session_faults() {
                     [](std::int64_t changed) { return changed + 1; }),
       in_active_sweep("tile-never-wakes", "active: a tile that did not change is never looked at again",
                       [older = VectorField()](VectorField& after, const VectorField& before) mutable {
-                        for (std::size_t site = 0; site < after[0].size(); ++site) {
-                          if (older.extent == before.extent && !differs(older, before, site)) {
-                            copy_site(before, site, after);
-                          }
-                        }
+                        keep(after, before, [&](std::size_t site) {
+                          return older.extent == before.extent && !differs(older, before, site);
+                        });
                         older = before;
                       }),
       in_active_sweep("sleeping-tile-from-the-older-buffer",
                       "active: a tile that did not change is not written, and its buffer has something older",
                       [older = VectorField()](VectorField& after, const VectorField& before) mutable {
-                        for (std::size_t site = 0; site < after[0].size(); ++site) {
-                          if (older.extent == after.extent && !differs(before, after, site)) {
-                            copy_site(older, site, after);
-                          }
-                        }
+                        keep(after, older, [&](std::size_t site) {
+                          return older.extent == after.extent && !differs(before, after, site);
+                        });
                         older = before;
                       }),
       in_active_count("count-kept-when-all-sleep",
@@ -210,13 +246,36 @@ std::vector<Fault> session_faults() {
                      float& value = middle_of(hierarchy.levels.front().response[0]);
                      value = one_ulp_up(value);
                    }),
+      in_hierarchy("elastic-relaxation", "omega 1 % too large on coarse levels",
+                   on_coarse_levels([](ElasticLevel& level) {
+                     for (std::vector<float>& response : level.response) {
+                       each_of(response, [](float value) { return 1.01F * value; });
+                     }
+                   })),
+      in_hierarchy("elastic-moments-swapped", "cells have x's first moment for y's",
+                   on_coarse_levels([](ElasticLevel& level) { std::swap(level.moments[1], level.moments[2]); })),
+      in_hierarchy("elastic-moment-sign",
+                   "a sign in the sum over the children that makes the first moment along the last axis",
+                   on_coarse_levels([](ElasticLevel& level) {
+                     each_of(level.moments[level.grid.axes()], [](float value) { return -value; });
+                   })),
+      in_hierarchy("elastic-cut-cell", "a cell that conditions cut loses an entry of its matrix",
+                   on_coarse_levels([](ElasticLevel& level) {
+                     if (!level.masked.empty()) {
+                       middle_of(level.masked.stiffness) = 0.0F;
+                     }
+                   })),
       in_hierarchy("elastic-poisson-ratio", "Poisson's ratio 0.01 too high",
-                   [](ElasticHierarchy& hierarchy) { hierarchy.ratio.nu += 0.01F; }),
+                   [](ElasticHierarchy& hierarchy) {
+                     hierarchy.ratio.nu += 0.01F;
+                     hierarchy.lame += 0.05F;
+                   }),
       in_hierarchy("elastic-coarsest-column",
                    "the inverse of the coarsest level begins with its second column",
                    [](ElasticHierarchy& hierarchy) {
                      auto& inverse = hierarchy.coarsest_inverse;
-                     const std::size_t size = 2 * hierarchy.levels.back().grid.sites.sites();
+                     const Extent sites = hierarchy.levels.back().grid.sites;
+                     const std::size_t size = sites.axes() * sites.sites();
                      std::ranges::rotate(inverse, inverse.begin() + static_cast<std::ptrdiff_t>(size));
                    }),
       in_elastic_step(

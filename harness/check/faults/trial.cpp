@@ -41,9 +41,10 @@ constexpr std::string_view name_of(Layer layer) {
 
 TrialScene load_trial(Case one, const std::optional<Extent>& size) {
   TrialScene trial{.label = one.name(), .scene = {}};
-  one.size = size.value_or(usual_if_exact);
+  const bool has_own_size = one.size.has_value();
+  one.size = size.value_or(one.size.value_or(usual_if_exact));
   trial.scene = load_case(one);
-  if (!trial.scene.exact && !size) {
+  if (!trial.scene.exact && !size && !has_own_size) {
     one.size = usual;
     trial.scene = load_case(one);
   }
@@ -64,6 +65,11 @@ std::vector<Case> usual_cases() {
   }
   cases.push_back({.scene = "square", .method = std::string(elastic_conjugate_gradients)});
   cases.push_back({.scene = "square", .method = std::string(elastic_sweeps)});
+  // Volumes, of which even exact ones have a size of their own.
+  cases.push_back({.scene = "exact-pyramid", .size = Extent{8, 8, 4}});
+  for (const char* const method : {"", "closed-form", "conjugate-gradients"}) {
+    cases.push_back({.scene = "ball", .size = Extent{13, 9, 7}, .method = method});
+  }
   return cases;
 }
 
@@ -161,6 +167,7 @@ std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names, std:
 
 bool concerns(const Planted& planted, const TrialScene& scene) {
   if ((!planted.method.empty() && planted.method != scene.scene.schedule.method) ||
+      (planted.axes != 0 && planted.axes != scene.scene.extent().axes()) ||
       scene.tiles_sleep != (planted.part == Part::sleep)) {
     return false;
   }
@@ -233,6 +240,7 @@ std::vector<Planted> all_planted(const Backend& carrier) {
                       .backend = std::string(carrier.name()),
                       .expected = fault.is_control ? Expected::let_through : Expected::disagree,
                       .method = fault.method,
+                      .axes = fault.axes,
                       .make = [&carrier, fault] { return std::make_unique<FaultyBackend>(carrier, fault); }});
     }
   }

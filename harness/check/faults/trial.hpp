@@ -53,6 +53,7 @@ struct Planted {
   Layer layer = Layer::session;
   Expected expected = Expected::disagree;
   std::string method = "icm"; ///< that it concerns: it is tried on scenes solved that way only; empty: on all
+  std::size_t axes = 0;       ///< of the scenes that it is tried on, 2 or 3; 0: of all
   bool bitwise = false;       ///< rounding excuses no difference: it has to have the bits of the reference
   Part part = Part::sweep;
   /// Makes the backend. It throws DeviceError on devices() or open() where the device is not there.
@@ -78,7 +79,7 @@ struct TrialScene {
 
 /// Scenes by name or file at one size; none: small ones. Without names: the thesis's square and circle,
 /// tie-rich, random, the exact ones of the shipped scenes, random again by the rules that some faults
-/// concern, one that comes to rest, and one of sleeping tiles. Throws InputError.
+/// concern, one that comes to rest, one of sleeping tiles, and volumes. Throws InputError.
 [[nodiscard]] std::vector<TrialScene> trial_scenes(const std::vector<std::string>& names,
                                                    std::optional<Extent> size);
 
