@@ -11,7 +11,6 @@
 #include <algorithm>
 #include <memory>
 #include <utility>
-#include <vector>
 
 namespace hdmbench {
 
@@ -95,35 +94,26 @@ using Solver = Owned<KSP, KSPDestroy>;
 
 /// All components of all nodes, those that are prescribed as equations x = 0, so that the blocks of the
 /// nodes stay whole: GAMG joins nodes, not components.
-struct Rows {
-  std::vector<PetscInt> begins;
-  std::vector<PetscInt> columns;
-  std::vector<double> values;
-
-  explicit Rows(const ElasticSystem& system) {
-    const SparseMatrix matrix = system.lower.selfadjointView<Eigen::Lower>();
-    std::vector<PetscInt> component(static_cast<std::size_t>(matrix.rows()));
-    for (std::size_t i = 0; i < system.unknown.size(); ++i) {
-      if (system.unknown[i] >= 0) {
-        component[static_cast<std::size_t>(system.unknown[i])] = static_cast<PetscInt>(i);
-      }
-    }
-    const double usual = matrix.diagonal().mean();
-    begins.push_back(0);
-    for (std::size_t i = 0; i < system.unknown.size(); ++i) {
-      if (const std::int32_t row = system.unknown[i]; row < 0) {
-        columns.push_back(static_cast<PetscInt>(i));
-        values.push_back(usual);
-      } else {
-        for (SparseMatrix::InnerIterator entry(matrix, row); entry; ++entry) { // symmetric: column = row
-          columns.push_back(component[static_cast<std::size_t>(entry.row())]);
-          values.push_back(entry.value());
-        }
-      }
-      begins.push_back(static_cast<PetscInt>(columns.size()));
+Eigen::SparseMatrix<double, Eigen::RowMajor, PetscInt> with_prescribed(const ElasticSystem& system) {
+  const auto count = static_cast<PetscInt>(system.unknown.size());
+  Eigen::SparseMatrix<double, Eigen::RowMajor, PetscInt> places(count,
+                                                                system.lower.rows()); // of the unknowns
+  Eigen::SparseMatrix<double, Eigen::RowMajor, PetscInt> prescribed(count, count);
+  const double usual = system.lower.diagonal().mean();
+  for (PetscInt i = 0; i < count; ++i) {
+    if (const std::int32_t column = system.unknown[static_cast<std::size_t>(i)]; column >= 0) {
+      places.insert(i, column) = 1.0;
+    } else {
+      prescribed.insert(i, i) = usual;
     }
   }
-};
+  const SparseMatrix both = system.lower.selfadjointView<Eigen::Lower>();
+  const Eigen::SparseMatrix<double, Eigen::RowMajor, PetscInt> matrix = both.cast<double>();
+  Eigen::SparseMatrix<double, Eigen::RowMajor, PetscInt> whole =
+      places * matrix * places.transpose() + prescribed;
+  whole.makeCompressed();
+  return whole;
+}
 
 void set_coordinates(Extent extent, Vec coordinates) {
   double* values = nullptr;
@@ -147,13 +137,13 @@ IterativeSolution solve_finite_elements_by_multigrid(const ElasticProblem& probl
   require_tolerance(tolerance);
   static const Petsc petsc;
   const ElasticSystem system = assemble(problem, rule);
-  Rows rows(system);
+  auto rows = with_prescribed(system);
   const auto count = static_cast<PetscInt>(system.unknown.size());
   const auto axes = static_cast<PetscInt>(problem.extent.axes());
 
   Matrix matrix;
-  require(MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, count, count, rows.begins.data(), rows.columns.data(),
-                                    rows.values.data(), matrix.out()),
+  require(MatCreateSeqAIJWithArrays(PETSC_COMM_SELF, count, count, rows.outerIndexPtr(), rows.innerIndexPtr(),
+                                    rows.valuePtr(), matrix.out()),
           "MatCreateSeqAIJWithArrays");
   require(MatSetBlockSize(matrix.get(), axes), "MatSetBlockSize");
   require(MatSetOption(matrix.get(), MAT_SPD, PETSC_TRUE), "MatSetOption");

@@ -2,11 +2,11 @@
 
 #include "kernels/data/input_error.hpp"
 #include "reference/sparse_solver.hpp"
+#include "reference/thesis_energy.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -15,24 +15,20 @@ namespace hdmbench {
 
 namespace {
 
-struct Offset {
-  int x;
-  int y;
-};
-
 /// One component of a level: what (4.5)-(4.17) ask of it.
 struct Component {
-  char name;
-  std::array<Offset, 3> triples; ///< from the centre to u; s is on the other side
+  std::size_t axis;
   const std::vector<float>& target;
   const std::vector<float>& confidence;
+
+  [[nodiscard]] char name() const { return "xyz"[axis]; }
 };
 
 /// The equations without observations. A row divided by the curvature, which grows with the square of the
 /// ratio of moduli, is the way of a site from its minimiser: sites of all materials weigh the same in the
 /// residual that tells whether the system was solved.
 struct Equations {
-  SparseMatrix matrix;       ///< g_t / A_t, g_t = sum over the six neighbours of weight * (d_t - d_neighbour)
+  SparseMatrix matrix;       ///< g_t / A_t, g_t = sum over the neighbours of weight * (d_t - d_neighbour)
   Eigen::VectorXd curvature; ///< A_t, 1 / px^2
 };
 
@@ -41,27 +37,23 @@ Equations equations_of(const Level& level, const Component& component) {
   const auto count = static_cast<std::int64_t>(extent.sites());
   Equations result{SparseMatrix(count, count), Eigen::VectorXd::Zero(count)};
   std::vector<Eigen::Triplet<double, std::int64_t>> entries;
-  entries.reserve(12 * extent.sites());
-  for (int y = 0; y < extent.height; ++y) {
-    for (int x = 0; x < extent.width; ++x) {
-      const std::size_t t = extent.index(x, y);
-      const auto row = static_cast<std::int64_t>(t);
-      const double modulus = static_cast<double>(level.modulus.values[t]);
-      const auto site = [&](int nx, int ny) {
-        const bool inside = nx >= 0 && nx < extent.width && ny >= 0 && ny < extent.height;
-        return inside ? extent.index(nx, ny) : t; // as an outside neighbour has all values of t
-      };
-      const auto add = [&](std::size_t neighbour, double weight) {
-        if (neighbour != t) {
-          entries.emplace_back(row, row, weight);
-          entries.emplace_back(row, static_cast<std::int64_t>(neighbour), -weight);
-        }
-      };
-      for (const Offset to : component.triples) {
-        const std::size_t s = site(x - to.x, y - to.y);
-        const std::size_t u = site(x + to.x, y + to.y);
-        const double k = modulus / static_cast<double>(level.modulus.values[s]);
-        const double r = modulus / static_cast<double>(level.modulus.values[u]);
+  for (std::size_t t = 0; t < extent.sites(); ++t) {
+    const auto row = static_cast<std::int64_t>(t);
+    const auto ratio_to = [&](std::size_t site) {
+      return static_cast<double>(level.modulus.values[t]) / static_cast<double>(level.modulus.values[site]);
+    };
+    const auto add = [&](std::size_t neighbour, double weight) {
+      if (neighbour != t) { // an outside one has all values of t
+        entries.emplace_back(row, row, weight);
+        entries.emplace_back(row, static_cast<std::int64_t>(neighbour), -weight);
+      }
+    };
+    for (const auto& line : thesis_lines) {
+      if (line[component.axis] != 0 && (line[2] == 0 || extent.axes() == 3)) {
+        const std::size_t s = neighbour_along(extent, t, line, -1);
+        const std::size_t u = neighbour_along(extent, t, line, 1);
+        const double k = ratio_to(s);
+        const double r = ratio_to(u);
         add(s, (1.0 + r) * r + (1.0 + k));
         add(u, (1.0 + r) + (1.0 + k) * k);
         result.curvature[row] += (1.0 + r) * (1.0 + r) + (1.0 + k) * (1.0 + k);
@@ -85,8 +77,8 @@ enum class State : std::uint8_t {
 class ComponentSolution {
 public:
   ComponentSolution(const Level& level, const Component& component)
-      : component_(component), equations_(equations_of(level, component)),
-        states_(level.extent.sites(), State::unobserved),
+      : component_(component), is_volume_(level.extent.axes() == 3),
+        equations_(equations_of(level, component)), states_(level.extent.sites(), State::unobserved),
         target_(Eigen::Map<const Eigen::VectorXf>(component.target.data(), equations_.matrix.rows())
                     .cast<double>()),
         displacement_(target_) {
@@ -126,7 +118,7 @@ public:
     }
     throw InputError(fmt::format("the fixed point in {} was not found in {} rounds: the sites that their "
                                  "observation holds did not settle",
-                                 component_.name, most_rounds));
+                                 component_.name(), most_rounds));
   }
 
   [[nodiscard]] const Eigen::VectorXd& displacement() const { return displacement_; }
@@ -137,7 +129,7 @@ public:
 
 private:
   void require_observations(Extent extent) const {
-    const int thickness = component_.name == 'x' ? extent.width : extent.height;
+    const int thickness = extent.sides()[component_.axis];
     const Undetermined undetermined = find_undetermined(thickness, component_.confidence);
     if (undetermined.sites == 0) {
       return;
@@ -145,12 +137,11 @@ private:
     if (thickness > 1) {
       throw InputError(fmt::format("no site has a known displacement in {}, so no field is the only fixed "
                                    "point; give a condition",
-                                   component_.name));
+                                   component_.name()));
     }
-    throw InputError(fmt::format("the displacement in {0} at x = {1}, y = {2} is not known, and an image one "
-                                 "site thick does not connect it to others; give a condition",
-                                 component_.name, undetermined.first % static_cast<std::size_t>(extent.width),
-                                 undetermined.first / static_cast<std::size_t>(extent.width)));
+    throw InputError(fmt::format("the displacement in {0} at {1} is not known, and an image one site thick "
+                                 "does not connect it to others; give a condition",
+                                 component_.name(), extent.place(undetermined.first)));
   }
 
   /// A column for each of the sites for which wanted(site): takes their rows, or their columns, out of all.
@@ -215,12 +206,13 @@ private:
   }
 
   [[nodiscard]] Eigen::VectorXd solved(const SparseMatrix& matrix, const Eigen::VectorXd& right_side) const {
-    auto solution = solve_general(matrix, right_side);
+    auto solution =
+        is_volume_ ? solve_without_factors(matrix, right_side) : solve_general(matrix, right_side);
     if (!solution) {
       throw InputError(
           fmt::format("the system of the fixed point in {} is singular to working precision: the "
                       "moduli differ too much",
-                      component_.name));
+                      component_.name()));
     }
     return *std::move(solution);
   }
@@ -245,6 +237,7 @@ private:
   }
 
   Component component_;
+  bool is_volume_;
   Equations equations_;
   Eigen::VectorXd reach_; ///< K c / 2A, pixels
   std::vector<State> states_;
@@ -259,20 +252,14 @@ private:
 
 FixedPoint solve_fixed_point(const Level& level) {
   validate(level);
-  if (level.extent.axes() == 3) {
-    throw InputError(
-        "the fixed point of the thesis's energy is solved for images only, and this is a volume");
-  }
   FixedPoint result{.displacement = ReferenceField(level.extent)};
-  const auto add = [&](const Component& component, std::vector<double>& displacement) {
-    ComponentSolution solution(level, component);
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+    ComponentSolution solution(level, {axis, level.target[axis], level.confidence[axis]});
     solution.settle();
-    displacement.assign(solution.displacement().begin(), solution.displacement().end());
+    result.displacement[axis].assign(solution.displacement().begin(), solution.displacement().end());
     result.held += solution.held();
     result.rounds = std::max(result.rounds, solution.rounds());
-  };
-  add({'x', {{{1, 0}, {1, 1}, {1, -1}}}, level.target[0], level.confidence[0]}, result.displacement[0]);
-  add({'y', {{{0, 1}, {1, 1}, {1, -1}}}, level.target[1], level.confidence[1]}, result.displacement[1]);
+  }
   return result;
 }
 

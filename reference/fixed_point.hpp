@@ -11,7 +11,7 @@ namespace hdmbench {
 /// candidates ends. It depends on the level alone, not on a start, a schedule or a backend.
 struct FixedPoint {
   ReferenceField displacement; ///< pixels
-  std::size_t held = 0;        ///< components (of x and y) that the observation holds at their target
+  std::size_t held = 0;        ///< components that the observation holds at their target
   int rounds = 0;              ///< linear systems solved per component until the held set was consistent
 };
 

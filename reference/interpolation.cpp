@@ -1,6 +1,7 @@
 #include "reference/interpolation.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <iterator>
@@ -9,16 +10,19 @@ namespace hdmbench {
 
 namespace {
 
-/// What one line, a row or a column, says about one of its sites.
+/// What the line along an axis says about one of its sites.
 struct LineValue {
   int ends = 0; ///< observed sites it lies between: 0, 1 or 2
   double value = 0.0;
   double distance = 0.0; ///< to the nearer end, pixels
 };
 
-/// Along a line of `count` sites, `stride` apart from `first`.
+using Lines = std::array<LineValue, 3>; ///< through a site, by their axis
+
+/// Along the line of `count` sites, `stride` apart from `first`.
 void interpolate_line(const std::vector<float>& target, const std::vector<float>& confidence,
-                      std::size_t first, std::size_t stride, int count, std::vector<LineValue>& result) {
+                      std::size_t first, std::size_t stride, int count, std::size_t axis,
+                      std::vector<Lines>& result) {
   const auto site = [&](int position) { return first + static_cast<std::size_t>(position) * stride; };
   const auto value = [&](int position) { return static_cast<double>(target[site(position)]); };
   std::vector<int> observed;
@@ -35,47 +39,52 @@ void interpolate_line(const std::vector<float>& target, const std::vector<float>
     const double to_after = std::abs(after - position);
     const double length = to_before + to_after;
     const bool is_between = before <= position && position <= after;
-    result[site(position)] = {.ends = is_between ? 2 : 1,
-                              .value = is_between && length > 0.0
-                                           ? (to_after * value(before) + to_before * value(after)) / length
-                                           : value(before),
-                              .distance = std::min(to_before, to_after)};
+    result[site(position)][axis] = {
+        .ends = is_between ? 2 : 1,
+        .value = is_between && length > 0.0 ? (to_after * value(before) + to_before * value(after)) / length
+                                            : value(before),
+        .distance = std::min(to_before, to_after)};
   }
 }
 
-double blend(const LineValue& row, const LineValue& column) {
-  if (row.ends != column.ends) {
-    return row.ends > column.ends ? row.value : column.value;
+/// What the lines through a site say together: those that end at an observed site on both sides, or those
+/// that do on one.
+double blend(const Lines& lines) {
+  const int most = std::ranges::max(lines, {}, &LineValue::ends).ends;
+  double sum = 0.0;
+  double weights = 0.0;
+  for (const LineValue& line : lines) {
+    if (line.ends == most) {
+      if (line.distance == 0.0) { // observed, or no line knows anything
+        return line.value;
+      }
+      sum += line.value / line.distance;
+      weights += 1.0 / line.distance;
+    }
   }
-  const double sum = row.distance + column.distance;
-  // 1 / distance, multiplied with both distances. Both are 0 at an observed site, where both have its target.
-  return sum > 0.0 ? (column.distance * row.value + row.distance * column.value) / sum : row.value;
-}
-
-std::vector<double> interpolate_component(Extent extent, const std::vector<float>& target,
-                                          const std::vector<float>& confidence) {
-  std::vector<LineValue> rows(extent.sites());
-  std::vector<LineValue> columns(extent.sites());
-  for (int y = 0; y < extent.height; ++y) {
-    interpolate_line(target, confidence, extent.index(0, y), 1, extent.width, rows);
-  }
-  for (int x = 0; x < extent.width; ++x) {
-    interpolate_line(target, confidence, extent.index(x, 0), static_cast<std::size_t>(extent.width),
-                     extent.height, columns);
-  }
-  std::vector<double> result(extent.sites());
-  std::transform(rows.begin(), rows.end(), columns.begin(), result.begin(), blend);
-  return result;
+  return sum / weights;
 }
 
 } // namespace
 
 ReferenceField interpolate_conditions(const Level& level) {
   validate(level);
-  ReferenceField field;
-  field.extent = level.extent;
-  field[0] = interpolate_component(level.extent, level.target[0], level.confidence[0]);
-  field[1] = interpolate_component(level.extent, level.target[1], level.confidence[1]);
+  const Extent extent = level.extent;
+  const std::array<std::size_t, 3> strides{1, extent.index(0, 1), extent.index(0, 0, 1)};
+  ReferenceField field(extent);
+  for (std::size_t component = 0; component < extent.axes(); ++component) {
+    std::vector<Lines> lines(extent.sites());
+    for (std::size_t site = 0; site < extent.sites(); ++site) {
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        const auto count = static_cast<std::size_t>(extent.sides()[axis]);
+        if (site / strides[axis] % count == 0) { // where a line begins
+          interpolate_line(level.target[component], level.confidence[component], site, strides[axis],
+                           extent.sides()[axis], axis, lines);
+        }
+      }
+    }
+    std::ranges::transform(lines, field[component].begin(), blend);
+  }
   return field;
 }
 

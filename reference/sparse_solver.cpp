@@ -1,5 +1,6 @@
 #include "reference/sparse_solver.hpp"
 
+#include <Eigen/IterativeLinearSolvers>
 #ifdef HDMBENCH_SUITESPARSE
 #include <Eigen/CholmodSupport>
 #include <Eigen/UmfPackSupport>
@@ -55,6 +56,13 @@ std::optional<Eigen::VectorXd> solve_general(const SparseMatrix& matrix, const E
   Eigen::SparseLU<SparseMatrix, Eigen::COLAMDOrdering<std::int64_t>> factorisation;
 #endif
   return solve(factorisation, matrix, right_side, matrix);
+}
+
+std::optional<Eigen::VectorXd> solve_without_factors(const SparseMatrix& matrix,
+                                                     const Eigen::VectorXd& right_side) {
+  Eigen::BiCGSTAB<SparseMatrix> gradients;
+  gradients.setTolerance(1e-13);
+  return solve(gradients, matrix, right_side, matrix);
 }
 
 } // namespace hdmbench

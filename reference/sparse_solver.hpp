@@ -20,5 +20,9 @@ using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, std::int64_t>;
 /// Of any square matrix.
 [[nodiscard]] std::optional<Eigen::VectorXd> solve_general(const SparseMatrix& matrix,
                                                            const Eigen::VectorXd& right_side);
+/// Of a square matrix of a volume, whose factors would be many times larger than itself: by stabilised
+/// biconjugate gradients. Nothing where these do not converge.
+[[nodiscard]] std::optional<Eigen::VectorXd> solve_without_factors(const SparseMatrix& matrix,
+                                                                   const Eigen::VectorXd& right_side);
 
 } // namespace hdmbench

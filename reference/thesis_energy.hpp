@@ -3,6 +3,9 @@
 #include "kernels/data/level.hpp"
 #include "reference/interpolation.hpp"
 
+#include <array>
+#include <cstddef>
+
 namespace hdmbench {
 
 /// The energy of one site in double, written from (4.5)-(4.17) and sharing no arithmetic with kernels/:
@@ -34,13 +37,29 @@ private:
 
 using ThesisEnergy = ThesisEnergyOf<VectorField>;
 
-/// One simultaneous iteration of an image in double: every site takes, per component, the first candidate of
-/// the smallest energy, each energy evaluated directly from (4.6)-(4.17). Shares no arithmetic with kernels/;
-/// uses all CPU threads. `displacement` has the level's extent.
-[[nodiscard]] ReferenceField thesis_iteration(const Level& level, const ReferenceField& displacement);
+/// Half of the neighbours of a site: the lines of (4.7)-(4.9) run through it along these. A component has the
+/// lines that leave along its axis, an image those that do not leave along z.
+inline constexpr std::array<std::array<int, 3>, 13> thesis_lines{{{1, 0, 0},
+                                                                  {0, 1, 0},
+                                                                  {0, 0, 1},
+                                                                  {1, 1, 0},
+                                                                  {1, -1, 0},
+                                                                  {1, 0, 1},
+                                                                  {1, 0, -1},
+                                                                  {0, 1, 1},
+                                                                  {0, 1, -1},
+                                                                  {1, 1, 1},
+                                                                  {1, 1, -1},
+                                                                  {1, -1, 1},
+                                                                  {1, -1, -1}}};
 
-/// Bilinear interpolation to the next level in double (Alg. 3, line 3); the outermost sites of both are at
-/// the same place. No side is 0.
+/// The index of the neighbour that lies `side` (1 or -1) times `line` from a site, or of the site itself
+/// where that is outside: an outside neighbour has all values of the centre.
+[[nodiscard]] std::size_t neighbour_along(Extent extent, std::size_t site, const std::array<int, 3>& line,
+                                          int side);
+
+/// Linear interpolation to the next level in double (Alg. 3, line 3), along each axis in turn; the outermost
+/// sites of both are at the same place.
 [[nodiscard]] ReferenceField thesis_prolongation(const ReferenceField& coarse, Extent fine);
 
 } // namespace hdmbench

@@ -121,13 +121,17 @@ TEST(BeforeTheRun, NeighbouringConditionsFoldFromOnePixelOn) {
 }
 
 TEST(BeforeTheRun, AWeakPenaltyIsOneAtWhichConditionsGiveWay) {
-  Scene scene = pulled_scene({11, 11}, 10.0F); // 1 px per pixel: K = 24
-  for (const float penalty : {23.0F, 25.0F}) {
-    scene.full.penalty = penalty;
-    const FixedPoint fixed_point = solve_fixed_point(scene.full);
-    const bool weak = has(diagnose(scene), "weak-penalty");
-    EXPECT_EQ(weak, penalty < 24.0F);
-    EXPECT_EQ(weak, fixed_point.held < 44U) << penalty;
+  // 1 px per pixel: from so many K on, which so many conditions then hold.
+  for (const auto& [extent, needed, conditions] :
+       {std::tuple{Extent{11, 11}, 24.0F, 44U}, {Extent{7, 7, 7}, 72.0F, 294U}}) {
+    Scene scene = pulled_scene(extent, static_cast<float>(extent.width - 1));
+    for (const float penalty : {needed - 1.0F, needed + 1.0F}) {
+      scene.full.penalty = penalty;
+      const FixedPoint fixed_point = solve_fixed_point(scene.full);
+      const bool weak = has(diagnose(scene), "weak-penalty");
+      EXPECT_EQ(weak, penalty < needed);
+      EXPECT_EQ(weak, fixed_point.held < conditions) << penalty;
+    }
   }
 }
 
@@ -198,17 +202,26 @@ TEST(Folding, OfAVolumeIsTheDeterminantOfThree) {
 }
 
 TEST(AfterTheRun, TheFixedPointIsWithoutWarnings) {
-  Scene scene = pulled_scene({33, 33}, 8.0F);
-  const VectorField field = solve_fixed_point(scene.full).displacement.to_float();
-  scene.schedule.rule = Rule::closed_form;
-  const Warnings found = diagnose_field(scene, field);
-  EXPECT_THAT(found, testing::IsEmpty()) << warnings_text(found);
-  EXPECT_THAT(warnings_text(found), HasSubstr("nothing that speaks against this result"));
+  for (const Extent extent : {Extent{33, 33}, {13, 12, 11}}) {
+    Scene scene = pulled_scene(extent, 8.0F);
+    const VectorField field = solve_fixed_point(scene.full).displacement.to_float();
+    scene.schedule.rule = Rule::closed_form;
+    const Warnings found = diagnose_field(scene, field);
+    EXPECT_THAT(found, testing::IsEmpty()) << warnings_text(found);
+    EXPECT_THAT(warnings_text(found), HasSubstr("nothing that speaks against this result"));
+  }
 }
 
 TEST(AfterTheRun, WhatIsMissingAddsUpToTheDistance) {
-  for (const std::string name : {"square", "square-modified", "circular", "circular-radial"}) {
-    const Scene scene = load_scene(name, {.size = Extent{100, 100}});
+  const Extent image{100, 100};
+  const Extent volume{24, 24, 24};
+  for (const auto& [name, extent] : {std::pair{"square", image},
+                                     {"square-modified", image},
+                                     {"circular", image},
+                                     {"circular-radial", image},
+                                     {"cube", volume},
+                                     {"ball", volume}}) {
+    const Scene scene = load_scene(name, {.size = extent});
     const Solution solution = test::solved(scene);
     const double estimate = accumulated_distance(scene, measure_rest(scene, solution.displacement).missing);
     const double distance =
@@ -236,6 +249,8 @@ TEST(AfterTheRun, SwappingSitesAndStripesAreOscillation) {
 }
 
 TEST(AfterTheRun, ConditionsThatGiveWayAreToldFromThoseNotArrivedAt) {
+  const Scene volume = pulled_scene({6, 5, 4}, 10.0F);
+  EXPECT_EQ(sites_of(diagnose_field(volume, volume.start_field()), "not-met"), 20U) << "in all slices";
   Scene scene = pulled_scene({11, 11}, 10.0F);
   EXPECT_EQ(sites_of(diagnose_field(scene, scene.start_field()), "not-met"), 11U);
   EXPECT_FALSE(has(diagnose_field(scene, scene.start_field()), "gives-way"));

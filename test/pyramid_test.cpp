@@ -79,16 +79,18 @@ TEST(Pyramid, LevelsSampleTheFullImage) {
 }
 
 TEST(ThesisProlongation, IsThatOfTheKernelsToFloatRounding) {
-  for (const Extent fine : {Extent{300, 100}, Extent{257, 130}, Extent{8, 8}, Extent{1, 7}, Extent{5, 1}}) {
+  for (const Extent fine :
+       {Extent{300, 100}, Extent{257, 130}, Extent{8, 8}, Extent{1, 7}, Extent{5, 1}, Extent{9, 20, 13}}) {
     const Extent coarse = pyramid_extents(fine).at(1);
     const VectorField field = test::random_problem(coarse, test::Texture::smooth, 9).start;
     const VectorField kernels = prolongate(field, fine, Alignment::corner);
     const ReferenceField thesis = thesis_prolongation(ReferenceField(field), fine);
     // Values up to 10, weights rounded to float once, six operations.
     const double tolerance = 10.0 * 8.0 * static_cast<double>(std::numeric_limits<float>::epsilon());
-    for (std::size_t i = 0; i < fine.sites(); ++i) {
-      ASSERT_NEAR(thesis[0][i], static_cast<double>(kernels[0][i]), tolerance);
-      ASSERT_NEAR(thesis[1][i], static_cast<double>(kernels[1][i]), tolerance);
+    for (std::size_t axis = 0; axis < fine.axes(); ++axis) {
+      for (std::size_t i = 0; i < fine.sites(); ++i) {
+        ASSERT_NEAR(thesis[axis][i], static_cast<double>(kernels[axis][i]), tolerance);
+      }
     }
   }
 }

@@ -5,6 +5,8 @@
 #include "harness/scene/sites.hpp"
 #include "test/sessions.hpp"
 
+#include <array>
+
 /// Scenes that several suites take.
 namespace hdmbench::test {
 
@@ -17,24 +19,28 @@ inline Scene plain_scene(Extent extent) {
   return scene;
 }
 
-/// Gives the x displacement of a column, the same in all rows.
+/// Gives the x displacement of a column, the same in all rows of all slices.
 inline void know_column(Scene& scene, int column, float dx) {
-  for (int y = 0; y < scene.extent().height; ++y) {
-    scene.full.target[0][scene.extent().index(column, y)] = dx;
-    scene.full.confidence[0][scene.extent().index(column, y)] = 1.0F;
+  for (int row = 0; row < scene.extent().rows(); ++row) {
+    scene.full.target[0][scene.extent().index(column, row)] = dx;
+    scene.full.confidence[0][scene.extent().index(column, row)] = 1.0F;
   }
 }
 
 /// plain_scene between a left side that stays and a right side that moves by `dx`; top and bottom keep their
-/// y displacement.
+/// y displacement, of a volume front and back their z displacement.
 inline Scene pulled_scene(Extent extent, float dx) {
   Scene scene = plain_scene(extent);
   know_column(scene, 0, 0.0F);
   know_column(scene, extent.width - 1, dx);
-  for (int x = 0; x < extent.width; ++x) {
-    scene.full.confidence[1][extent.index(x, 0)] = 1.0F;
-    scene.full.confidence[1][extent.index(x, extent.height - 1)] = 1.0F;
-  }
+  for_each_site(extent, [&](int x, int y, int z) {
+    const std::array at{x, y, z};
+    for (std::size_t axis = 1; axis < extent.axes(); ++axis) {
+      if (at[axis] == 0 || at[axis] == extent.sides()[axis] - 1) {
+        scene.full.confidence[axis][extent.index(x, y, z)] = 1.0F;
+      }
+    }
+  });
   return scene;
 }
 

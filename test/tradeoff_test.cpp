@@ -51,12 +51,8 @@ TEST(ParetoFront, RandomRowsAreBeatenOrOnIt) {
 class Tradeoff : public testing::Test {
 protected:
   std::vector<Judged> measured(const std::vector<const Backend*>& backends,
-                               const std::vector<std::string>& names, bool quick = false) {
-    TradeoffOptions options;
-    options.repeats = 2;
-    options.methods = names;
-    options.quick = quick;
-    return measure_tradeoff(scene_, backends, options, progress_);
+                               const std::vector<std::string>& names) {
+    return measure_tradeoff(scene_, backends, {.repeats = 2, .methods = names}, progress_);
   }
   // The points of icm on one backend.
   static std::vector<Judged> on(const std::vector<Judged>& tradeoff, std::string_view backend) {
@@ -73,29 +69,33 @@ protected:
 };
 
 TEST_F(Tradeoff, MeasuresMethodsAtAllEffortsAndTheirRivals) {
-  const std::vector<Judged> tradeoff =
-      measured({&scalar_, &openmp_}, {"icm", "fem", "fem-cg", "interpolation"});
-  std::set<std::string> efforts_seen;
-  double before = 0.0;
-  for (const Judged& point : on(tradeoff, "openmp")) {
-    EXPECT_EQ(point.status, JudgedStatus::ok) << point.reason;
-    EXPECT_GT(*point.fine_sweep_equivalents, before);
-    before = *point.fine_sweep_equivalents;
-    efforts_seen.insert(point.effort);
-  }
-  EXPECT_EQ(efforts_seen.size(), 4U) << "5, 20, 200 and the scene's own iterations";
-  EXPECT_EQ(on(tradeoff, "scalar").size(), 1U) << "the usual effort only";
-  for (const Judged& point : on(tradeoff, "")) {
-    EXPECT_TRUE(point.is_rival);
-    EXPECT_EQ(point.status, JudgedStatus::ok) << point.method << ": " << point.reason;
-    EXPECT_EQ(point.seconds.size(), 2U);
-    const bool is_truth = point.method == "fem" && point.poisson_used == 0.0;
-    EXPECT_EQ(point.deviations.to_fem_no_poisson < 1e-12, is_truth) << point.method << point.effort;
-    if (point.effort == "tolerance 1e-06" && point.poisson_used == 0.0) {
-      EXPECT_LT(point.deviations.to_fem_no_poisson, 1e-3);
+  for (const auto& [name, extent] : {std::pair{"circular", Extent{32, 32}}, {"ball", {12, 11, 13}}}) {
+    SCOPED_TRACE(name);
+    scene_ = load_scene(name, {.size = extent});
+    const std::vector<Judged> tradeoff =
+        measured({&scalar_, &openmp_}, {"icm", "fem", "fem-cg", "interpolation"});
+    std::set<std::string> efforts_seen;
+    double before = 0.0;
+    for (const Judged& point : on(tradeoff, "openmp")) {
+      EXPECT_EQ(point.status, JudgedStatus::ok) << point.reason;
+      EXPECT_GT(*point.fine_sweep_equivalents, before);
+      before = *point.fine_sweep_equivalents;
+      efforts_seen.insert(point.effort);
     }
+    EXPECT_EQ(efforts_seen.size(), 4U) << "5, 20, 200 and the scene's own iterations";
+    EXPECT_EQ(on(tradeoff, "scalar").size(), 1U) << "the usual effort only";
+    for (const Judged& point : on(tradeoff, "")) {
+      EXPECT_TRUE(point.is_rival);
+      EXPECT_EQ(point.status, JudgedStatus::ok) << point.method << ": " << point.reason;
+      EXPECT_EQ(point.seconds.size(), 2U);
+      const bool is_truth = point.method == "fem" && point.poisson_used == 0.0;
+      EXPECT_EQ(point.deviations.to_fem_no_poisson < 1e-12, is_truth) << point.method << point.effort;
+      if (point.effort == "tolerance 1e-06" && point.poisson_used == 0.0) {
+        EXPECT_LT(point.deviations.to_fem_no_poisson, 1e-3);
+      }
+    }
+    EXPECT_EQ(std::ranges::count_if(tradeoff, [](const auto& point) { return point.method == "fem-cg"; }), 6);
   }
-  EXPECT_EQ(std::ranges::count_if(tradeoff, [](const auto& point) { return point.method == "fem-cg"; }), 6);
 }
 
 TEST_F(Tradeoff, PlantedFaultsAreKeptWithTheirReason) {

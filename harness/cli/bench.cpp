@@ -6,7 +6,6 @@
 #include "harness/measure/memory_use.hpp"
 #include "harness/ranks/rank_backend.hpp"
 #include "harness/report/ci_files.hpp"
-#include "harness/report/published.hpp"
 #include "harness/solve/methods/solver.hpp"
 
 #include <cmath>

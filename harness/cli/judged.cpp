@@ -2,11 +2,9 @@
 
 #include "backends/shared/elastic_session.hpp"
 #include "harness/cli/arguments.hpp"
-#include "harness/judge/accuracy.hpp"
 #include "harness/judge/atlas/atlas.hpp"
 #include "harness/judge/registration/rivals.hpp"
 #include "harness/judge/tradeoff.hpp"
-#include "harness/report/published.hpp"
 #include "harness/scene/images/images.hpp"
 
 #include <cstdio>
@@ -68,62 +66,60 @@ void print_published(const Scene& scene) {
   }
 }
 
-/// `rows`: as to_json() has them.
-void print_scene(const SceneAccuracy& accuracy, const json& rows) {
-  json fields = json::array();
-  for (const json& row : rows) {
-    if (!row["seconds"].empty()) {
-      fields.push_back(row);
-    }
+/// Measures every scene; `show` prints its rows and adds them to the results.
+template <typename Show>
+int judge_scenes(Arguments& arguments, Call& call, const std::vector<std::string>& by_default,
+                 const JudgeOptions& options, decltype(measure_accuracy)* measure, const Show& show) {
+  const auto registry = make_backends();
+  const std::vector<const Backend*> backends = arguments.choose(registry);
+  Progress progress;
+  json results = json::array();
+  bool sound = true;
+  for (const Scene& scene : arguments.load_scenes(by_default)) {
+    const std::vector<Judged> rows = measure(scene, backends, options, progress);
+    progress.clear();
+    fmt::print("\n{}, {}: {}\n", scene.name, scene.extent().text(), scene.title);
+    show(scene, rows, results);
+    fmt::print("{}", failures_text(rows));
+    sound = sound && std::ranges::none_of(
+                         rows, [](const Judged& row) { return row.status == JudgedStatus::unverified; });
+    std::fflush(stdout); // into a pipe too: the next scene may take long
   }
-  fmt::print("{}{}", judged_table(fields), failures_text(accuracy.rows));
-  for (const Judged& row : accuracy.rows) {
-    if (row.variant.empty() && !row.note.empty()) {
-      fmt::print("  {}: {}\n", name_of(row), row.note);
-    }
-  }
+  call.write(std::move(results), arguments.quick);
+  return sound ? success : disagreement;
 }
 
 int run_accuracy(Arguments& arguments, Call& call) {
-  const auto registry = make_backends();
-  const std::vector<const Backend*> backends = arguments.choose(registry);
-  const std::vector<Scene> scenes = arguments.load_scenes(
-      {"square", "square-modified", "square-single-level", "circular", "circular-radial", "brain"});
+  const std::vector<std::string> by_default{"square",   "square-modified", "square-single-level",
+                                            "circular", "circular-radial", "brain"};
   const auto is_of_cells = [](const Scene& scene) { return scene.energy->is_of_cells(); };
-  if (arguments.schedule.options.iterations && std::ranges::any_of(scenes, is_of_cells)) {
+  if (arguments.schedule.options.iterations &&
+      std::ranges::any_of(arguments.load_scenes(by_default), is_of_cells)) {
     throw InputError("accuracy takes every elastic method at its usual effort; leave out --iterations");
   }
-  const std::filesystem::path folder = call.json.parent_path();
-  const AccuracyOptions options{
-      .session = arguments.session, .repeats = arguments.repeats, .quick = arguments.quick};
+  JudgeOptions options{.session = arguments.session, .repeats = arguments.repeats, .quick = arguments.quick};
+  if (!call.json.empty() && have_images()) {
+    options.pictures = std::filesystem::absolute(call.json).parent_path();
+  }
   fmt::print("RMSD over all sites, in pixels. Interfaces, elsewhere: to FEM with the scene's nu, over the\n"
              "free sites within 5 px of two materials and over all other free sites.\n");
-  Progress progress;
-  json rows = json::array();
-  bool sound = true;
-  for (const Scene& scene : scenes) {
-    const SceneAccuracy accuracy = measure_accuracy(scene, backends, options, progress);
-    progress.clear();
-    json own = json::array();
-    bool pictured = call.json.empty() || !have_images();
-    for (const Judged& row : accuracy.rows) {
-      own.push_back(to_json(scene, row));
-      if (!pictured && row.method == "icm" && !row.field[0].empty()) {
-        own.back()["differences"] = write_difference(scene, accuracy.truths, row, folder);
-        pictured = true;
-      }
-    }
-    fmt::print("\n{}, {}: {}\n", scene.name, scene.extent().text(), scene.title);
-    print_published(scene);
-    print_scene(accuracy, own);
-    sound = sound && std::ranges::all_of(accuracy.rows, [](const Judged& row) {
-              return row.status == JudgedStatus::ok || row.status == JudgedStatus::skipped;
-            });
-    std::fflush(stdout); // into a pipe too: the next scene may take long
-    rows.insert(rows.end(), own.begin(), own.end());
-  }
-  call.write(std::move(rows), arguments.quick);
-  return sound ? success : disagreement;
+  return judge_scenes(arguments, call, by_default, options, measure_accuracy,
+                      [](const Scene& scene, const std::vector<Judged>& rows, json& results) {
+                        json measured = json::array();
+                        print_published(scene);
+                        for (const Judged& row : rows) {
+                          results.push_back(to_json(scene, row));
+                          if (!row.seconds.empty()) {
+                            measured.push_back(results.back());
+                          }
+                        }
+                        fmt::print("{}", judged_table(measured));
+                        for (const Judged& row : rows) {
+                          if (row.variant.empty() && !row.note.empty()) {
+                            fmt::print("  {}: {}\n", name_of(row), row.note);
+                          }
+                        }
+                      });
 }
 
 /// `equal`: as compare_at has it.
@@ -153,8 +149,7 @@ void print_equal_accuracy(const json& equal) {
 
 /// The line that repeats a point: `run` solves by methods, this command by rivals.
 std::string repeat(const Arguments& arguments, const Scene& scene, const Judged& row) {
-  const std::string where =
-      fmt::format("{} --size {}x{}", shell_word(scene.source), scene.extent().width, scene.extent().height);
+  const std::string where = fmt::format("{} --size {}", shell_word(scene.source), scene.extent().text("x"));
   if (row.is_rival) {
     return fmt::format("hdmbench tradeoff {} --methods {}{}", where, row.method, arguments.schedule.text());
   }
@@ -168,52 +163,39 @@ int run_tradeoff(Arguments& arguments, Call& call) {
   std::vector<double> targets;
   std::ranges::transform(arguments.at, std::back_inserter(targets),
                          [](const std::string& text) { return parse_pixels(text); });
-  // Among them rivals and requests, which load_scenes does not know.
-  std::vector<std::string> methods = std::exchange(arguments.methods, {});
-  if (methods == std::vector<std::string>{"all"}) {
-    methods.clear();
+  JudgeOptions options{.session = arguments.session,
+                       .repeats = arguments.quick ? 1 : arguments.repeats,
+                       .methods = std::exchange(arguments.methods, {}), // load_scenes knows no rivals
+                       .quick = arguments.quick};
+  if (options.methods == std::vector<std::string>{"all"}) {
+    options.methods.clear();
   }
-  const auto registry = make_backends();
-  const std::vector<const Backend*> backends = arguments.choose(registry);
-  Progress progress;
-  json results = json::array();
-  bool verified = true;
   fmt::print(
       "Seconds are medians of up to {} samples of a whole solution without set-up. RMSD to finite elements "
       "and to the\nfixed point over all sites, in pixels. Of the points: the front, and what was asked "
       "for.\n",
-      arguments.quick ? 1 : arguments.repeats);
+      options.repeats);
   std::vector<std::string> by_default{"square", "circular", "circular-radial", "brain"};
   by_default.resize(arguments.quick ? 1 : by_default.size());
-  for (const Scene& scene : arguments.load_scenes(by_default)) {
-    const TradeoffOptions options{.session = arguments.session,
-                                  .repeats = arguments.repeats,
-                                  .methods = methods,
-                                  .quick = arguments.quick};
-    const std::vector<Judged> rows = measure_tradeoff(scene, backends, options, progress);
-    progress.clear();
-    json shown = json::array();
-    for (const Judged& row : rows) {
-      results.push_back(to_json(scene, row));
-      results.back()["kind"] = "point";
-      results.back()["command"] = repeat(arguments, scene, row);
-      verified = verified && row.status != JudgedStatus::unverified;
-      if (!row.seconds.empty() && (row.is_on_front || row.asked)) {
-        shown.push_back(results.back());
-      }
-    }
-    std::ranges::sort(shown.get_ref<json::array_t&>(), {},
-                      [](const json& row) { return row["seconds_median"].get<double>(); });
-    fmt::print("\n{}, {}: {} points\n{}", scene.name, scene.extent().text(), rows.size(),
-               judged_table(shown));
-    for (const double target : targets) {
-      print_equal_accuracy(results.emplace_back(compare_at(scene, rows, target)));
-    }
-    fmt::print("{}", failures_text(rows));
-    std::fflush(stdout); // into a pipe too: the next scene may take long
-  }
-  call.write(std::move(results), arguments.quick);
-  return verified ? success : disagreement;
+  return judge_scenes(arguments, call, by_default, options, measure_tradeoff,
+                      [&](const Scene& scene, const std::vector<Judged>& rows, json& results) {
+                        json shown = json::array();
+                        for (const Judged& row : rows) {
+                          json& result = results.emplace_back(to_json(scene, row));
+                          result["kind"] = "point";
+                          result["command"] = repeat(arguments, scene, row);
+                          if (!row.seconds.empty() && (row.is_on_front || row.asked)) {
+                            shown.push_back(result);
+                          }
+                        }
+                        std::ranges::sort(shown.get_ref<json::array_t&>(), {}, [](const json& row) {
+                          return row["seconds_median"].get<double>();
+                        });
+                        fmt::print("{}", judged_table(shown));
+                        for (const double target : targets) {
+                          print_equal_accuracy(results.emplace_back(compare_at(scene, rows, target)));
+                        }
+                      });
 }
 
 struct ContinuumArguments {
@@ -261,21 +243,11 @@ struct AtlasArguments {
   bool list = false;
 };
 
-std::string threshold_text(const atlas::SeriesResult& series) {
-  if (!series.first_failed) {
-    return "no failure";
-  }
-  return series.last_good
-             ? fmt::format("fails at {:.6g}, not yet at {:.6g}", *series.first_failed, *series.last_good)
-             : fmt::format("fails everywhere, {:.6g} on", *series.first_failed);
-}
-
 /// A row a value of the knob, a column a method.
 void print_entry(const atlas::EntryResult& result) {
   const atlas::Entry& entry = *result.entry;
   json rows = json::array();
   std::string columns = fmt::format("knob:{}", entry.knob);
-  std::string below;
   for (std::size_t of = 0; of < result.series.size(); ++of) {
     const atlas::SeriesResult& series = result.series[of];
     const std::string key = fmt::format("series{}", of);
@@ -290,14 +262,11 @@ void print_entry(const atlas::EntryResult& result) {
       warned.insert(point.warnings.begin(), point.warnings.end());
       row["warned"] = warned;
     }
-    below += series.points.empty()
-                 ? ""
-                 : fmt::format("  threshold  {}: {}\n", series.name, threshold_text(series));
-    below += series.absence.empty() ? "" : fmt::format("  refuses    {}: {}\n", series.name, series.absence);
   }
-  fmt::print("\n{}: {}\n  why        {}\n  measured   {}; ! is more than {:.6g}\n{}{}  survives   {}\n",
+  fmt::print("\n{}: {}\n  why        {}\n  measured   {}; ! is more than {:.6g}\n{}\n{}  survives   {}\n",
              entry.name, entry.title, entry.mechanism, entry.measure, entry.limit,
-             table_text(rows, columns + "|warned:warned of"), below, entry.survivor);
+             table_text(rows, columns + "|warned:warned of"),
+             table_text(result.series, "name:method|last_good|first_failed|absence:refuses"), entry.survivor);
   std::fflush(stdout); // into a pipe too: the next entry may take seconds
 }
 

@@ -284,11 +284,6 @@ int run_scene(Arguments& arguments, Call& call) {
                            ? warnings_text(warnings)
                            : "  Not diagnosed, and no pictures: beyond 4096 x 4096 sites that takes more "
                              "time and memory than the solution.\n");
-  if (inspected && scene.extent().depth > 1 && !scene.energy->is_of_cells()) {
-    fmt::print(
-        "  Of a volume under this energy only folds, the range of values, candidates and conditions that "
-        "contradict each other were looked for.\n");
-  }
   write_files(arguments.output, call.json, scene, solution.displacement, row);
   call.write(json::array({without_nulls(row)}));
   return absurd.empty() && (!plan || plan->met) ? success : disagreement;

@@ -1,7 +1,5 @@
-#include "harness/judge/accuracy.hpp"
+#include "harness/judge/tradeoff.hpp"
 
-#include "harness/check/compare.hpp"
-#include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 
 #include <fmt/format.h>
@@ -69,10 +67,9 @@ void add_thesis_methods(const Scene& scene, bool quick, Judge& judge) {
 
 } // namespace
 
-SceneAccuracy measure_accuracy(const Scene& scene, std::span<const Backend* const> backends,
-                               const AccuracyOptions& options, Progress& progress) {
-  Judge judge(scene, backends, {.session = options.session, .repeats = options.repeats, .keeps_fields = true},
-              progress);
+std::vector<Judged> measure_accuracy(const Scene& scene, std::span<const Backend* const> backends,
+                                     const JudgeOptions& options, Progress& progress) {
+  Judge judge(scene, backends, options, progress);
   for (const Rival& rival : rivals(scene, judge.truths(), true)) {
     if (rival.told.method != "fem-cg" && rival.told.method != "fem-amg") { // the same field as fem
       judge.add(rival);
@@ -87,16 +84,7 @@ SceneAccuracy measure_accuracy(const Scene& scene, std::span<const Backend* cons
       judge.add(setting);
     }
   }
-  return {.truths = judge.truths(), .rows = std::move(judge.rows())};
-}
-
-nlohmann::json write_difference(const Scene& scene, const Truths& truths, const Judged& row,
-                                const std::filesystem::path& json_folder) {
-  const VectorField error = difference(row.field, truths.elastic_no_poisson.displacement).to_float();
-  const double largest = std::max(largest_magnitude(error), 1e-6);
-  const std::string file = fmt::format("{}-{}-difference-magnitude.png", scene.name, scene.extent().width);
-  write_magnitude_png(json_folder / file, magnitude_of(error), largest);
-  return {{"pictures", {{"magnitude", file}}}, {"limit", largest}, {"against", "fem nu 0"}};
+  return std::move(judge.rows());
 }
 
 } // namespace hdmbench

@@ -1,4 +1,4 @@
-#include "harness/judge/accuracy.hpp"
+#include "harness/judge/tradeoff.hpp"
 
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/solver.hpp"

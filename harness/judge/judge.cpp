@@ -2,6 +2,7 @@
 
 #include "harness/check/compare.hpp"
 #include "harness/measure/median.hpp"
+#include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/solve/planner.hpp"
@@ -36,7 +37,8 @@ nlohmann::json to_json(const Scene& scene, const Judged& judged) {
                                   {"seconds", judged.seconds},
                                   {"poisson_used", judged.poisson_used},
                                   {"asked", judged.asked},
-                                  {"estimated_error", judged.estimated}},
+                                  {"estimated_error", judged.estimated},
+                                  {"differences", judged.differences}},
                                  scene.extent());
   if (!judged.seconds.empty()) {
     const Deviations& deviations = judged.deviations;
@@ -67,8 +69,14 @@ std::vector<Rival> rivals(const Scene& scene, const Truths& truths, bool quick) 
   }
   // Residuals of the forces are larger than those of the displacements: 0.01 is no solution yet.
   const std::vector<double> tolerances = quick ? std::vector{1e-3} : std::vector{1e-3, 1e-4, 1e-6};
-  constexpr int thesis_elements = 60;
-  const int longer = std::max(scene.extent().width, scene.extent().height);
+  const Extent extent = scene.extent();
+  const bool is_volume = extent.axes() == 3;
+  const int usual_elements = is_volume ? 16 : 60; // of an image the thesis's
+  const std::string direct = takes_direct_factors(extent)
+                                 ? ""
+                                 : fmt::format("a direct factorisation of {} voxels takes many times the "
+                                               "memory and the time of conjugate gradients",
+                                               extent.text());
   std::vector<Rival> all;
   const auto add = [&](std::string_view name, std::string effort, std::optional<double> poisson,
                        std::function<ReferenceField()> solve, const SolvedTruth* solved = nullptr) {
@@ -85,6 +93,7 @@ std::vector<Rival> rivals(const Scene& scene, const Truths& truths, bool quick) 
     add(
         "fem", "direct", poisson, [&scene, poisson] { return find_finite_elements(scene.full, poisson); },
         &truth);
+    all.back().refusal = direct;
     for (const auto& [name, solver] : iterative) {
       for (const double tolerance : tolerances) {
         add(name, fmt::format("tolerance {:g}", tolerance), poisson,
@@ -94,8 +103,8 @@ std::vector<Rival> rivals(const Scene& scene, const Truths& truths, bool quick) 
             });
       }
     }
-    for (const int elements : {thesis_elements / 2, thesis_elements, 2 * thesis_elements}) {
-      if (quick ? elements == thesis_elements : elements < longer - 1) {
+    for (const int elements : {usual_elements / 2, usual_elements, 2 * usual_elements}) {
+      if (quick ? elements == usual_elements : elements < std::ranges::max(extent.sides()) - 1) {
         add("fem-coarse", fmt::format("{} elements a side", elements), poisson,
             [&scene, poisson, elements] { return coarse_finite_elements(scene, elements, poisson); });
       }
@@ -106,8 +115,8 @@ std::vector<Rival> rivals(const Scene& scene, const Truths& truths, bool quick) 
     add_finite_elements(scene.poisson, truths.elastic);
   }
   add(
-      "fixed-point", "direct", std::nullopt, [&scene] { return solve_fixed_point(scene.full).displacement; },
-      &truths.fixed_point);
+      "fixed-point", is_volume ? "conjugate gradients" : "direct", std::nullopt,
+      [&scene] { return solve_fixed_point(scene.full).displacement; }, &truths.fixed_point);
   add("interpolation", "direct", std::nullopt, [&scene] { return interpolate_conditions(scene.full); });
   return all;
 }
@@ -172,6 +181,9 @@ std::size_t Judge::add(const Setting& setting) {
 
 void Judge::add(const Rival& rival) {
   Judged& row = rows_.emplace_back(rival.told);
+  if (!rival.refusal.empty()) {
+    return row.fail(JudgedStatus::skipped, rival.refusal);
+  }
   progress_.describe(fmt::format("{}: {}, {}", scene_.name, row.method, row.effort));
   ReferenceField field;
   if (rival.solved != nullptr) {
@@ -179,7 +191,7 @@ void Judge::add(const Rival& rival) {
     row.seconds.push_back(rival.solved->seconds);
   }
   if (sample(row, [&] { field = rival.solve(); })) {
-    measure_field(row, std::move(field));
+    measure_field(row, field);
   }
 }
 
@@ -231,7 +243,9 @@ void Judge::judge_on(Place& place, const Setting& setting, Judged& row) {
   row.levels = std::move(found.levels);
   row.fine_sweep_equivalents = found.fine_sweep_equivalents;
   row.estimated = found.estimated;
-  if (measure_field(row, ReferenceField(found.displacement))) {
+  const ReferenceField field(found.displacement);
+  if (measure_field(row, field)) {
+    draw_difference(row, field);
     check_bits(row, found.displacement);
     if (!found.unmet.empty()) {
       row.fail(JudgedStatus::failed, found.unmet);
@@ -241,13 +255,13 @@ void Judge::judge_on(Place& place, const Setting& setting, Judged& row) {
 
 bool Judge::sample(Judged& row, const std::function<void()>& solve,
                    const std::function<void()>& warm_up) const {
+  constexpr double most_seconds = 0.6;
   const auto spent = [&] { return std::accumulate(row.seconds.begin(), row.seconds.end(), 0.0); };
   try {
     if (warm_up) {
       warm_up();
     }
-    while (row.seconds.empty() ||
-           (std::ssize(row.seconds) < options_.repeats && spent() < options_.most_seconds)) {
+    while (row.seconds.empty() || (std::ssize(row.seconds) < options_.repeats && spent() < most_seconds)) {
       double seconds = 0.0;
       timed(seconds, solve);
       row.seconds.push_back(seconds);
@@ -260,13 +274,10 @@ bool Judge::sample(Judged& row, const std::function<void()>& solve,
   return true;
 }
 
-bool Judge::measure_field(Judged& row, ReferenceField field) const {
+bool Judge::measure_field(Judged& row, const ReferenceField& field) const {
   const VectorField rounded = field.to_float();
   row.mean_energy = mean_energy(scene_.full, rounded);
   row.deviations = measure(field, truths_);
-  if (options_.keeps_fields) {
-    row.field = std::move(field);
-  }
   if (!std::isfinite(row.mean_energy) || !std::isfinite(row.deviations.to_fem)) {
     row.fail(JudgedStatus::failed, "the field has values that are not finite");
     return false;
@@ -280,6 +291,18 @@ bool Judge::measure_field(Judged& row, ReferenceField field) const {
     return false;
   }
   return true;
+}
+
+void Judge::draw_difference(Judged& row, const ReferenceField& field) {
+  if (options_.pictures.empty() || row.method != "icm" || scene_.extent().depth > 1) {
+    return;
+  }
+  const VectorField error = difference(field, truths_.elastic_no_poisson.displacement).to_float();
+  const double largest = std::max(largest_magnitude(error), 1e-6);
+  const std::string file = fmt::format("{}-{}-difference-magnitude.png", scene_.name, scene_.extent().width);
+  write_magnitude_png(options_.pictures / file, magnitude_of(error), largest);
+  row.differences = {{"pictures", {{"magnitude", file}}}, {"limit", largest}, {"against", "fem nu 0"}};
+  options_.pictures.clear(); // one of a scene
 }
 
 void Judge::check_bits(Judged& row, const VectorField& found) const {

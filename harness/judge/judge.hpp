@@ -11,6 +11,7 @@
 
 #include <array>
 #include <cstddef>
+#include <filesystem>
 #include <functional>
 #include <optional>
 #include <span>
@@ -26,7 +27,7 @@ enum class JudgedStatus {
   ok,
   unverified, ///< solved, but the field is not the reference's to the bit for the same setting
   failed,     ///< threw, not finite, or diverged
-  skipped,    ///< the backend is not there or does not solve such a scene
+  skipped,    ///< the backend is not there, or this method or rival is not for such a scene
 };
 
 /// In results, in the order of the enumerators.
@@ -53,12 +54,12 @@ struct Judged {
   std::vector<double> seconds{};                  ///< raw samples of the whole solution; none without a field
   std::vector<LevelResult> levels{};              ///< of methods
   std::optional<double> fine_sweep_equivalents{}; ///< site updates over sites of the image; none for rivals
-  ReferenceField field{};                         ///< where JudgeOptions::keeps_fields
-  double mean_energy = 0.0;                       ///< the thesis's, of any field; where there are seconds
-  Deviations deviations{};                        ///< where there are seconds
-  std::optional<double> asked{};                  ///< the accuracy that was asked for, pixels
-  std::optional<double> estimated{};              ///< the method's own estimate, pixels
-  bool is_on_front = false; ///< median seconds against RMSD to FEM nu 0, over all rows of status ok
+  nlohmann::json differences{};      ///< the picture of JudgeOptions::pictures: {pictures, limit, against}
+  double mean_energy = 0.0;          ///< the thesis's, of any field; where there are seconds
+  Deviations deviations{};           ///< where there are seconds
+  std::optional<double> asked{};     ///< the accuracy that was asked for, pixels
+  std::optional<double> estimated{}; ///< the method's own estimate, pixels
+  bool is_on_front = false;          ///< median seconds against RMSD to FEM nu 0, over all rows of status ok
 
   /// Sets the status, and why it is not ok.
   void fail(JudgedStatus why, std::string what) {
@@ -80,12 +81,13 @@ struct Rival {
   Judged told;                           ///< how its row begins
   std::function<ReferenceField()> solve; ///< the whole solution, assembly included; throws InputError
   const SolvedTruth* solved = nullptr;   ///< where it is one of the truths: its first sample
+  std::string refusal{};                 ///< why it is not solved; empty: it is
 };
 
 /// All settings of the rivals in the order of their names: finite elements factorised and by conjugate
 /// gradients, and by multigrid of others where the build has it, with Poisson ratio 0 and the scene's, coarse
-/// finite elements, the fixed point by factorisation, interpolation of the conditions. Both must outlive
-/// them. With `quick` one setting of each.
+/// finite elements, the fixed point, interpolation of the conditions. Both must outlive them. With `quick`
+/// one setting of each.
 [[nodiscard]] std::vector<Rival> rivals(const Scene& scene, const Truths& truths, bool quick);
 
 /// Where a method is measured.
@@ -104,9 +106,10 @@ struct Setting {
 
 struct JudgeOptions {
   SessionOptions session{};
-  int repeats = 3;           ///< samples per row, >= 1 ...
-  double most_seconds = 0.6; ///< ... fewer once those of a row add up to this
-  bool keeps_fields = false;
+  int repeats = 3;                    ///< samples per row, >= 1, fewer where they take long
+  std::vector<std::string> methods{}; ///< of `tradeoff`: names of methods and rivals; empty: all
+  bool quick = false;                 ///< of `tradeoff` fewer efforts, of `accuracy` no variants
+  std::filesystem::path pictures{};   ///< where the first field of icm on an image is drawn; empty: nowhere
 };
 
 class Judge {
@@ -152,7 +155,10 @@ private:
   bool sample(Judged& row, const std::function<void()>& solve,
               const std::function<void()>& warm_up = {}) const;
   /// Measures the field. Returns whether it is one: finite, and no larger than any displacement can be.
-  bool measure_field(Judged& row, ReferenceField field) const;
+  bool measure_field(Judged& row, const ReferenceField& field) const;
+  /// Draws how far the field is from finite elements without Poisson effect beside the results, a pixel a
+  /// site: black 0 ... light yellow the largest.
+  void draw_difference(Judged& row, const ReferenceField& field);
   /// The row is unverified where its field is not the reference's to the bit.
   void check_bits(Judged& row, const VectorField& found) const;
 

@@ -98,10 +98,9 @@ nlohmann::json setting(const Judged* row) {
 } // namespace
 
 std::vector<Judged> measure_tradeoff(const Scene& scene, std::span<const Backend* const> backends,
-                                     const TradeoffOptions& options, Progress& progress) {
+                                     const JudgeOptions& options, Progress& progress) {
   require_known(options.methods);
-  Judge judge(scene, backends, {.session = options.session, .repeats = options.quick ? 1 : options.repeats},
-              progress);
+  Judge judge(scene, backends, options, progress);
   const auto is_wanted = [&](std::string_view name) {
     return options.methods.empty() || std::ranges::find(options.methods, name) != options.methods.end();
   };
@@ -134,8 +133,9 @@ std::vector<Judged> measure_tradeoff(const Scene& scene, std::span<const Backend
       add_efforts(method, poisson);
     }
   }
-  const std::vector<double> requests =
-      options.quick ? std::vector{1.0, 0.1} : std::vector{5.0, 2.0, 1.0, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02};
+  const std::vector<double> requests = options.quick
+                                           ? std::vector{1.0, 0.1}
+                                           : std::vector{5.0, 2.0, 1.0, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01};
   for (const double poisson : is_wanted(requested_name) ? poisson_ratios : std::set<double>{}) {
     for (const double asked : requests) {
       Setting setting{{.method = std::string(requested_name),

@@ -1,7 +1,6 @@
 #include "harness/judge/truths.hpp"
 
 #include "harness/judge/diagnosis/measures.hpp"
-#include "harness/scene/sites.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/pyramid.hpp"
@@ -13,23 +12,21 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 
 namespace hdmbench {
 
 namespace {
 
-/// Sites within 5 pixels, along straight and diagonal steps, of one that has another modulus to its right or
-/// below it.
+/// Sites within 5 pixels, along straight and diagonal steps, of one that has another modulus than the next
+/// one along an axis.
 std::vector<std::uint8_t> near_interfaces(const Level& level) {
   constexpr float reach = 5.0F;
   const Extent extent = level.extent;
   const std::vector<float>& modulus = level.modulus.values;
   std::vector<float> changes(extent.sites());
-  for_each_site(extent, [&](int x, int y) {
-    const std::size_t at = extent.index(x, y);
-    const bool to_right = x + 1 < extent.width && modulus[extent.index(x + 1, y)] != modulus[at];
-    const bool below = y + 1 < extent.height && modulus[extent.index(x, y + 1)] != modulus[at];
-    changes[at] = to_right || below ? 1.0F : 0.0F;
+  diagnosis::for_each_pair(extent, [&](std::size_t one, std::size_t next, std::size_t /*axis*/) {
+    changes[one] = modulus[one] != modulus[next] ? 1.0F : changes[one];
   });
   std::vector<std::uint8_t> near(extent.sites());
   std::ranges::transform(diagnosis::distance_to_nearest(extent, changes, 1.414F), near.begin(),
@@ -45,13 +42,12 @@ bool has_sites(const std::vector<std::uint8_t>& mask) {
 
 ReferenceField difference(const ReferenceField& a, const ReferenceField& b) {
   if (a.extent != b.extent) {
-    throw InputError(fmt::format("a field of {} x {} pixels cannot be compared with one of {} x {}",
-                                 a.extent.width, a.extent.height, b.extent.width, b.extent.height));
+    throw InputError(fmt::format("a field of {} sites cannot be compared with one of {}", a.extent.text(),
+                                 b.extent.text()));
   }
-  ReferenceField result = a;
-  for (std::size_t i = 0; i < a[0].size(); ++i) {
-    result[0][i] -= b[0][i];
-    result[1][i] -= b[1][i];
+  ReferenceField result(a.extent);
+  for (std::size_t axis = 0; axis < a.extent.axes(); ++axis) {
+    std::ranges::transform(a[axis], b[axis], result[axis].begin(), std::minus());
   }
   return result;
 }
@@ -62,7 +58,9 @@ double rmsd(const ReferenceField& a, const ReferenceField& b, SiteMask counted) 
   std::size_t sites = 0;
   for (std::size_t i = 0; i < error[0].size(); ++i) {
     if (counted.empty() || counted[i] != 0) {
-      sum += error[0][i] * error[0][i] + error[1][i] * error[1][i];
+      for (std::size_t axis = 0; axis < error.extent.axes(); ++axis) {
+        sum += error[axis][i] * error[axis][i];
+      }
       ++sites;
     }
   }
@@ -82,26 +80,39 @@ Truths find_truths(const Scene& scene, Progress& progress) {
   truths.elsewhere.resize(truths.interface.size());
   const VectorField& confidence = scene.full.confidence;
   for (std::size_t i = 0; i < truths.interface.size(); ++i) {
-    const bool free = !(confidence[0][i] > 0.0F && confidence[1][i] > 0.0F);
+    bool free = false;
+    for (std::size_t axis = 0; axis < scene.extent().axes(); ++axis) {
+      free = free || !(confidence[axis][i] > 0.0F);
+    }
     truths.elsewhere[i] = free && truths.interface[i] == 0 ? 1 : 0;
     truths.interface[i] = free ? truths.interface[i] : 0;
   }
   return truths;
 }
 
+bool takes_direct_factors(Extent extent) {
+  constexpr std::size_t most_voxels = 40'000;
+  return extent.axes() == 2 || extent.sites() <= most_voxels;
+}
+
 ReferenceField find_finite_elements(const Level& level, double poisson) {
-  return solve_finite_elements(elastic_problem(level), ElementRule::of(level.extent, poisson));
+  constexpr double tolerance = 1e-10; // 1e-9 voxels from a direct factorisation
+  const ElasticProblem problem = elastic_problem(level);
+  const ElementRule rule = ElementRule::of(level.extent, poisson);
+  return takes_direct_factors(level.extent)
+             ? solve_finite_elements(problem, rule)
+             : solve_finite_elements_iteratively(problem, rule, tolerance).displacement;
 }
 
 ReferenceField coarse_finite_elements(const Scene& scene, int elements, double poisson) {
-  // Elements are squares: as many along the other side as its length has.
+  // Elements are squares or cubes: as many along each other side as its length has.
   const Extent full = scene.extent();
-  const int longer = std::max(full.width, full.height);
+  const int longest = std::ranges::max(full.sides());
   const auto nodes = [&](int sites) {
-    const double share = static_cast<double>(sites - 1) / std::max(1, longer - 1);
+    const double share = static_cast<double>(sites - 1) / std::max(1, longest - 1);
     return std::min(sites, 1 + std::max(1, static_cast<int>(std::lround(elements * share))));
   };
-  const Extent mesh{nodes(full.width), nodes(full.height)};
+  const Extent mesh{nodes(full.width), nodes(full.height), nodes(full.depth)};
   const Level coarse = sample_level(scene.full, mesh, Alignment::corner);
   return thesis_prolongation(find_finite_elements(coarse, poisson), full);
 }

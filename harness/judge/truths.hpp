@@ -40,11 +40,16 @@ struct Truths {
 /// Throws InputError where the scene has no unique answer, see solve_fixed_point, solve_finite_elements.
 [[nodiscard]] Truths find_truths(const Scene& scene, Progress& progress);
 
-/// The level as an elastic sheet whose nodes are its sites. Throws InputError as solve_finite_elements does.
+/// Whether finite elements of these sites are factorised: the factors of a larger volume would take many
+/// times the memory and the time of conjugate gradients.
+[[nodiscard]] bool takes_direct_factors(Extent extent);
+
+/// The level as an elastic body whose nodes are its sites: factorised, or by conjugate gradients until these
+/// are as exact as that. Throws InputError as solve_finite_elements does.
 [[nodiscard]] ReferenceField find_finite_elements(const Level& level, double poisson);
 
-/// The scene on a coarse mesh of `elements` squares along its longer side, as the thesis had it (60),
-/// interpolated to the sites.
+/// The scene on a coarse mesh of `elements` squares or cubes along its longest side, as the thesis had it
+/// (60), interpolated to the sites.
 [[nodiscard]] ReferenceField coarse_finite_elements(const Scene& scene, int elements, double poisson);
 
 /// How far a field is from the truths, RMSD in pixels; over all sites where the name does not say otherwise.

@@ -1,8 +1,8 @@
 #include "harness/report/report.hpp"
 
 #include "harness/report/html.hpp"
-#include "harness/report/published.hpp"
 #include "harness/report/results.hpp"
+#include "harness/report/table.hpp"
 #include "harness/report/verdict.hpp"
 #include "harness/scene/files.hpp"
 #include "harness/scene/names.hpp"

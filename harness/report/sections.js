@@ -34,7 +34,6 @@ const text = (...parts) => el("p", {}, ...parts);
 const fold = (title, ...content) => el("details", {}, el("summary", {}, title), ...content);
 const scene_of = (row) => `${row.scene}, ${size_of(row)}`;
 const options = (rows, key) => distinct(rows, key).map((value) => [value]);
-const sizes_of = (rows) => options(rows.toSorted((a, b) => a.width - b.width), size_of);
 
 /// A series of a chart from rows; a point without x or y is not drawn.
 const series_of = (keys, rows, { x, y, tell, faint, dashed }) => ({
@@ -64,10 +63,10 @@ const TRUTHS = [
 function tradeoff(rows) {
   const points = rows.filter((row) => row.kind !== "equal accuracy");
   const equal = rows.filter((row) => row.kind === "equal accuracy");
-  const scenes = options(points, "scene").sort(([a], [b]) => (b === "brain") - (a === "brain"));
+  const scenes = options(points, scene_of).sort(([a], [b]) => b.startsWith("brain") - a.startsWith("brain"));
   const rank = (row) => (row.rival ? 1 : row.poisson_used === undefined ? 2 : 0); // what is nearest to the truth first
-  const draw = ({ scene, size, truth }) => {
-    const here = points.filter((row) => row.scene === scene && size_of(row) === size).sort((a, b) => rank(a) - rank(b));
+  const draw = ({ scene, truth }) => {
+    const here = points.filter((row) => scene_of(row) === scene).sort((a, b) => rank(a) - rank(b));
     const curves = group_by(here, (row) => `${row.method}\n${row.backend}\n${row.poisson_used}`);
     const series = [...curves.values()].map((curve) => series_of({ method: curve[0].method, backend: curve[0].backend }, curve, {
       x: (row) => row.seconds_median,
@@ -82,11 +81,11 @@ function tradeoff(rows) {
         x: { title: "seconds of a whole solution", format: seconds },
         y: { title: "px to the truth, RMS over all sites" },
       }),
-      fold(`All ${plural(here.length, "point")} of ${scene}, ${size}`, table_of(here, PAGE.tables.points)),
+      fold(`All ${plural(here.length, "point")} of ${scene}`, table_of(here, PAGE.tables.points)),
     ];
   };
   return [
-    chosen_view({ scene: ["Scene", scenes], size: ["Size", sizes_of(points)], truth: ["Distance to", TRUTHS] }, draw),
+    chosen_view({ scene: ["Scene", scenes], truth: ["Distance to", TRUTHS] }, draw),
     text("Lower left is better. The line is the front: nothing measured is both faster and nearer. " +
       "A pale dot is a result that is not scalar's to the bit, or that failed."),
     equal.length > 0 && fold("How many times faster than finite elements, at equal accuracy", table_of(equal, PAGE.tables.equal)),
@@ -132,7 +131,8 @@ function volume_viewer(uri, row) {
         const site = [];
         site[axis] = Number(slider.value);
         site[across] = i % sides[across];
-        site[down] = Math.floor(i / sides[across]);
+        const line = Math.floor(i / sides[across]);
+        site[down] = down === 2 ? sides[2] - 1 - line : line; // z leads up, as heads stand
         const value = gray(site);
         slice.data.set([value, value, value, 255], 4 * i);
       }
@@ -243,7 +243,7 @@ function speed(rows, data) {
       .sort((a, b) => a.width - b.width || a.seconds_median - b.seconds_median);
     const curves = group_by(here, (row) => `${row.backend}\n${work(row)}\n${row.threads}`);
     const series = [...curves.values()].map((curve) => series_of({ backend: curve[0].backend, sites: work(curve[0]) }, curve, {
-      x: (row) => Math.sqrt(row.width * row.height),
+      x: (row) => (row.depth > 1 ? Math.cbrt(row.width * row.height * row.depth) : Math.sqrt(row.width * row.height)),
       y: (row) => row.seconds_median,
       faint: (row) => row.valid === false,
       dashed: curve[0].thesis,
@@ -253,7 +253,7 @@ function speed(rows, data) {
     return [
       logPlot(series, {
         label: `seconds over size, ${scene}`,
-        x: { title: "pixels a side", format: (value) => count(Math.round(value)) },
+        x: { title: "sites a side", format: (value) => count(Math.round(value)) },
         y: { title: "seconds of a whole solution", format: seconds },
       }),
       table_of(here, PAGE.tables.speed),

@@ -8,8 +8,10 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <functional>
 #include <optional>
 #include <set>
+#include <tuple>
 #include <utility>
 
 namespace hdmbench::report {
@@ -39,48 +41,44 @@ Figure comparisons_figure(const Results& results, std::string_view machine) {
           "comparisons with scalar, the plain C++ program, agree"};
 }
 
+/// Those of the scene and the size of the first.
+Rows like_first(const Rows& rows) {
+  return rows_where(rows, [&](const json& row) {
+    return text_of(row, "scene") == text_of(*rows.front(), "scene") && size_of(row) == size_of(*rows.front());
+  });
+}
+
 /// The rows of `square`, which the thesis begins with, or of the first scene, at the largest size that has
 /// speed-ups.
 Rows headline_rows(const Results& results, std::string_view machine) {
-  const Rows rows = rows_of(results, "bench", machine);
-  const json* best = nullptr;
-  const auto rank = [](const json& row) {
-    return std::pair(text_of(row, "scene") == "square", number_of(row, "width"));
-  };
-  for (const json* const row : rows) {
-    if (number_of(*row, "speed_up_over_scalar") && (best == nullptr || rank(*row) > rank(*best))) {
-      best = row;
-    }
-  }
-  return rows_where(rows, [&](const json& row) {
-    return best != nullptr && text_of(row, "scene") == text_of(*best, "scene") &&
-           size_of(row) == size_of(*best);
+  Rows rows = rows_of(results, "bench", machine);
+  std::ranges::stable_sort(rows, std::ranges::greater(), [](const json* row) {
+    return std::tuple(number_of(*row, "speed_up_over_scalar").has_value(), text_of(*row, "scene") == "square",
+                      number_of(*row, "width"));
   });
+  rows = rows.empty() ? rows : like_first(rows);
+  const bool has_speed_ups = !rows.empty() && number_of(*rows.front(), "speed_up_over_scalar");
+  return has_speed_ups ? rows : Rows();
 }
 
 /// Of a backend that disagrees nowhere.
 std::optional<Figure> fastest_figure(const Results& results, std::string_view machine) {
   std::set<std::string> wrong;
-  for (const json* const row : rows_of(results, "verify", machine)) {
-    if (disagrees(*row)) {
-      wrong.insert(text_of(*row, "backend"));
-    }
+  for (const json* const row : rows_where(rows_of(results, "verify", machine), disagrees)) {
+    wrong.insert(text_of(*row, "backend"));
   }
-  const json* best = nullptr;
-  for (const json* const row : headline_rows(results, machine)) {
-    const auto speed_up = number_of(*row, "speed_up_over_scalar");
-    if (speed_up && flag_of(*row, "valid") == true && !wrong.contains(text_of(*row, "backend")) &&
-        (best == nullptr || *speed_up > *number_of(*best, "speed_up_over_scalar"))) {
-      best = row;
-    }
-  }
-  if (best == nullptr) {
+  const Rows rows = rows_where(headline_rows(results, machine), [&](const json& row) {
+    return number_of(row, "speed_up_over_scalar") && flag_of(row, "valid") == true &&
+           !wrong.contains(text_of(row, "backend"));
+  });
+  if (rows.empty()) {
     return std::nullopt;
   }
-  return Figure{State::good, fmt::format("{:.3g} x", *number_of(*best, "speed_up_over_scalar")),
-                fmt::format("as fast as plain C++ on one thread: {} by {} on {}, {}",
-                            text_of(*best, "method"), text_of(*best, "backend"), text_of(*best, "scene"),
-                            size_of(*best))};
+  const auto speed_up = [](const json* row) { return *number_of(*row, "speed_up_over_scalar"); };
+  const json& best = **std::ranges::max_element(rows, {}, speed_up);
+  return Figure{State::good, fmt::format("{:.3g} x", speed_up(&best)),
+                fmt::format("as fast as plain C++ on one thread: {} by {} on {}, {}", text_of(best, "method"),
+                            text_of(best, "backend"), text_of(best, "scene"), size_of(best))};
 }
 
 /// The fastest that comes within 0.01 px of finite elements, else the nearest: on the brain, or the first
@@ -88,23 +86,19 @@ std::optional<Figure> fastest_figure(const Results& results, std::string_view ma
 std::optional<Figure> nearest_figure(const Results& results, std::string_view machine) {
   constexpr double near = 0.01;
   constexpr double far = 0.5; // half a pixel is nothing to be proud of
-  Rows rows = rows_of(results, "tradeoff", machine);
-  std::erase_if(rows, [](const json* row) {
-    return flag_of(*row, "rival").value_or(true) || flag_of(*row, "valid") != true || !own_error(*row) ||
-           !number_of(*row, "seconds_median");
+  Rows rows = rows_where(rows_of(results, "tradeoff", machine), [](const json& row) {
+    return flag_of(row, "rival") == false && flag_of(row, "valid") == true && own_error(row) &&
+           number_of(row, "seconds_median");
   });
   if (rows.empty()) {
     return std::nullopt;
   }
-  const json& scene = **std::ranges::min_element(rows, {}, [](const json* row) {
+  std::ranges::stable_sort(rows, {}, [](const json* row) {
     return std::pair(text_of(*row, "scene") != "brain", number_of(*row, "width"));
   });
-  std::erase_if(rows, [&](const json* row) {
-    return text_of(*row, "scene") != text_of(scene, "scene") || size_of(*row) != size_of(scene);
-  });
+  rows = like_first(rows);
   const json& best = **std::ranges::min_element(rows, {}, [&](const json* row) {
-    const double error = *own_error(*row);
-    return std::pair(std::max(error, near), *number_of(*row, "seconds_median"));
+    return std::pair(std::max(*own_error(*row), near), *number_of(*row, "seconds_median"));
   });
   const double error = *own_error(best);
   return Figure{error > far ? State::unsure : State::good, fmt::format("{:.2g} px", error),

@@ -1,7 +1,5 @@
 #include "harness/report/table.hpp"
 
-#include "harness/report/published.hpp"
-
 #include <fmt/args.h>
 #include <fmt/format.h>
 #include <published_text.hpp>

@@ -11,6 +11,10 @@ namespace hdmbench {
 /// 1234567 as 1,234,567; `value` >= 0.
 [[nodiscard]] std::string grouped(std::int64_t value);
 
+/// The figures that the thesis printed, as published.json has them: "timings" and "accuracy" are lists of
+/// rows.
+[[nodiscard]] const nlohmann::json& published();
+
 /// The value of a row under a key, or null; "plan.met" goes inside, "size" is "width" x "height" where the
 /// row has no such key.
 [[nodiscard]] nlohmann::json value_of(const nlohmann::json& row, std::string_view key);

@@ -91,7 +91,8 @@ bool has_seconds(const json& row) {
   return number_of(row, "seconds_median").has_value();
 }
 
-/// A finding about the rows of a command of which something holds: "3 of 9 <sentence>: <names>."
+/// A finding about the rows of a command of which something holds: "3 of 9 <sentence>: <names>." Without a
+/// function that names a row it ends after the sentence.
 struct Check {
   State state;
   std::string_view command;
@@ -147,59 +148,30 @@ constexpr std::array checks{
           method_on_scene, "timings belong to a field that is not scalar's"},
     Check{unsure, "bench",
           [](const json& row) { return flag_of(row, "valid") == false && !has_seconds(row); },
-          method_on_scene, "timings have no result"}};
+          method_on_scene, "timings have no result"},
+    Check{good, "golden", [](const json& row) { return says(row, "verdict", "agree"); }, nullptr,
+          "solutions have the hashes that are committed with the program"},
+    Check{good, "implementations", [](const json& row) { return says(row, "outcome", "passed"); }, nullptr,
+          "backends on other drivers agree with scalar, too"},
+    Check{good, "faults", [](const json& row) { return !is_missed(row) && fault_ran(row); }, nullptr,
+          "planted faults and controls came out as expected"},
+    Check{good, "failing-calls", [](const json& row) { return !is_unclean(row); }, nullptr,
+          "kinds of failing calls of drivers ended clean"},
+    Check{good, "bench", [](const json& row) { return has_seconds(row) && !flag_of(row, "valid"); }, nullptr,
+          "timings were not checked against scalar, so no speed-up is printed"}};
 
-/// How often something good holds of the rows of a command: "3 <noun>s <many>."
-struct Tally {
-  std::string_view command;
-  std::int64_t (*count)(const json& row);
-  std::string_view noun;
-  std::string_view one; ///< where there is one
-  std::string_view many;
-};
-constexpr std::string_view as_expected = "and controls came out as expected";
-constexpr std::array tallies{
-    Tally{"golden", [](const json& row) { return std::int64_t{says(row, "verdict", "agree")}; }, "solution",
-          "has the hashes that are committed with the program",
-          "have the hashes that are committed with the program"},
-    Tally{"implementations", [](const json& row) { return std::int64_t{says(row, "outcome", "passed")}; },
-          "backend", "on other drivers agrees with scalar, too", "on other drivers agree with scalar, too"},
-    Tally{"faults", [](const json& row) { return std::int64_t{!is_missed(row) && fault_ran(row)}; },
-          "planted fault", as_expected, as_expected},
-    Tally{"failing-calls",
-          [](const json& row) {
-            const double failed = is_unclean(row) ? 0.0 : number_of(row, "failed").value_or(0.0);
-            return static_cast<std::int64_t>(failed);
-          },
-          "failing call", "of drivers ended clean", "of drivers ended clean"},
-    Tally{"bench", [](const json& row) { return std::int64_t{has_seconds(row) && !flag_of(row, "valid")}; },
-          "timing", "was not checked against scalar, so no speed-up is printed",
-          "were not checked against scalar, so no speed-up is printed"}};
-
-/// Adds to the findings what holds of `rows` by the tables of this command.
+/// Adds to the findings what holds of `rows` by the checks of this command.
 void find(Findings& findings, std::string_view command, const Rows& rows) {
   for (const Check& check : checks) {
+    const Rows found = check.command == command ? rows_where(rows, check.holds) : Rows();
     Names names;
-    std::int64_t count = 0;
-    for (const json* const row : rows) {
-      if (check.command == command && check.holds(*row)) {
-        ++count;
-        names.insert(check.name(*row));
-      }
+    for (const json* const row : check.name == nullptr ? Rows() : found) {
+      names.insert(check.name(*row));
     }
-    if (count > 0) {
-      findings.push_back({check.state, fmt::format("{} of {} {}: {}.", grouped(count),
-                                                   grouped(std::ssize(rows)), check.sentence, few(names))});
-    }
-  }
-  for (const Tally& tally : tallies) {
-    std::int64_t count = 0;
-    for (const json* const row : rows) {
-      count += tally.command == command ? tally.count(*row) : 0;
-    }
-    if (count > 0) {
+    if (!found.empty()) {
       findings.push_back(
-          {good, fmt::format("{} {}.", plural(count, tally.noun), count == 1 ? tally.one : tally.many)});
+          {check.state, fmt::format("{} of {} {}{}{}.", grouped(std::ssize(found)), grouped(std::ssize(rows)),
+                                    check.sentence, names.empty() ? "" : ": ", few(names))});
     }
   }
 }

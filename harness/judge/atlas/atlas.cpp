@@ -110,12 +110,19 @@ EntryResult run_entry(const Entry& entry, const Backend& backend, bool quick, Pr
 
 nlohmann::json atlas_row(const EntryResult& result, const std::filesystem::path& json_folder) {
   const Entry& entry = *result.entry;
-  nlohmann::json row{
-      {"entry", entry.name},          {"title", entry.title},       {"energy", entry.energy},
-      {"mechanism", entry.mechanism}, {"knob", entry.knob},         {"measure", entry.measure},
-      {"limit", entry.limit},         {"survivor", entry.survivor}, {"warnings", entry.warnings},
-      {"width", entry.size},          {"height", entry.size},       {"seconds", result.seconds},
-      {"series", result.series}};
+  nlohmann::json row = with_size({{"scene", entry.scene},
+                                  {"entry", entry.name},
+                                  {"title", entry.title},
+                                  {"energy", entry.energy},
+                                  {"mechanism", entry.mechanism},
+                                  {"knob", entry.knob},
+                                  {"measure", entry.measure},
+                                  {"limit", entry.limit},
+                                  {"survivor", entry.survivor},
+                                  {"warnings", entry.warnings},
+                                  {"seconds", result.seconds},
+                                  {"series", result.series}},
+                                 extent_of(entry));
   if (const std::vector<float>& values = result.picture.values; !values.empty() && have_images()) {
     const auto of = [](float value) { return static_cast<double>(std::abs(value)); };
     const double largest =

@@ -70,9 +70,8 @@ struct Entry {
   std::vector<double> quick_knobs{};
   std::vector<Series> series{};
   std::optional<PictureWanted> picture{};
-  std::string
-      scene{};  ///< that is shipped, its displacements multiplied by `size` / 300: strains as the thesis has
-  int size = 0; ///< pixels a side
+  std::string scene{}; ///< that is shipped, its displacements scaled to `size`: strains as the thesis has
+  int size = 0;        ///< pixels or voxels a side
   std::vector<std::string> problem{}; ///< steps of families.cpp that make it and its truth
   std::string error{};                ///< of families.cpp; empty: RMSD to the truth
 };
@@ -82,6 +81,9 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Entry, name, title, energy, mech
 
 /// Takes steps of families.cpp in turn.
 void change(Problem& problem, const std::vector<std::string>& by, double knob);
+
+/// The sites of its scenes: those of a volume where its scene is one.
+[[nodiscard]] Extent extent_of(const Entry& entry);
 
 [[nodiscard]] Problem problem_of(const Entry& entry, double knob);
 

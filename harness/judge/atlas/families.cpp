@@ -22,42 +22,43 @@ namespace {
 
 template <typename Field, typename Change>
 void for_each_value(Field& field, const Change& change) {
-  std::ranges::for_each(field[0], change);
-  std::ranges::for_each(field[1], change);
+  for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
+    std::ranges::for_each(field[axis], change);
+  }
 }
 
 using Step = std::function<void(Problem& problem, double knob)>;
 
 /// Tissue of 10 MPa, and of the knob times that where `is_stiff`.
-Step stiff_where(bool (*is_stiff)(Extent extent, int x, int y)) {
+Step stiff_where(bool (*is_stiff)(Extent extent, int x, int y, int z)) {
   return [is_stiff](Problem& problem, double ratio) {
     Level& level = problem.scene.full;
-    for_each_site(level.extent, [&](int x, int y) {
-      level.modulus.values[level.extent.index(x, y)] =
-          is_stiff(level.extent, x, y) ? 10.0F * static_cast<float>(ratio) : 10.0F;
+    for_each_site(level.extent, [&](int x, int y, int z) {
+      level.modulus.values[level.extent.index(x, y, z)] =
+          is_stiff(level.extent, x, y, z) ? 10.0F * static_cast<float>(ratio) : 10.0F;
     });
     set_inverse_modulus(level);
   };
 }
 
-/// Inside the square in the middle, a third of the image wide.
-bool in_inclusion(Extent extent, int x, int y) {
+/// Inside the square or cube in the middle, a third of the image wide.
+bool in_inclusion(Extent extent, int x, int y, int z) {
   return std::abs(x - extent.width / 2) <= extent.width / 6 &&
-         std::abs(y - extent.height / 2) <= extent.height / 6;
+         std::abs(y - extent.height / 2) <= extent.height / 6 &&
+         std::abs(z - extent.depth / 2) <= extent.depth / 6;
 }
 
 /// Between that and the outermost 3 pixels.
-bool in_moat(Extent extent, int x, int y) {
-  return !in_inclusion(extent, x, y) && std::min({x, y, extent.width - 1 - x, extent.height - 1 - y}) >= 3;
+bool in_moat(Extent extent, int x, int y, int z) {
+  return !in_inclusion(extent, x, y, z) && std::min({x, y, extent.width - 1 - x, extent.height - 1 - y}) >= 3;
 }
 
-/// Prescribes both components of a site, confidence 1.
-void hold(Scene& scene, int x, int y, float dx, float dy) {
-  const std::size_t site = scene.extent().index(x, y);
-  scene.full.target[0][site] = dx;
-  scene.full.target[1][site] = dy;
-  scene.full.confidence[0][site] = 1.0F;
-  scene.full.confidence[1][site] = 1.0F;
+/// Prescribes all components of a site, confidence 1; dz is 0.
+void hold(Scene& scene, std::size_t site, float dx, float dy) {
+  for (std::size_t axis = 0; axis < scene.extent().axes(); ++axis) {
+    scene.full.target[axis][site] = axis == 0 ? dx : axis == 1 ? dy : 0.0F;
+    scene.full.confidence[axis][site] = 1.0F;
+  }
 }
 
 /// A scene that no unique answer belongs to has an empty truth: every method has to refuse it.
@@ -78,7 +79,7 @@ void hold_rim(Problem& problem, double wide) {
     if (x < width || y < width || x >= extent.width - width || y >= extent.height - width) {
       const float u = static_cast<float>(x) / static_cast<float>(extent.width - 1);
       const float v = static_cast<float>(y) / static_cast<float>(extent.height - 1);
-      hold(problem.scene, x, y, 20.0F * (u - 1.0F) * (1.0F - 0.5F * v), 20.0F * v * u);
+      hold(problem.scene, extent.index(x, y), 20.0F * (u - 1.0F) * (1.0F - 0.5F * v), 20.0F * v * u);
     }
   });
 }
@@ -125,10 +126,11 @@ void know_few(Problem& problem, double count) {
 void let_two_differ(Problem& problem, double difference) {
   Scene& scene = problem.scene;
   const int middle = scene.extent().width / 2;
+  const std::size_t site = scene.extent().index(middle, middle, scene.extent().depth / 2);
   for_each_value(scene.full.target, [](float& value) { value = 0.0F; });
   const auto half = static_cast<float>(difference / 2.0);
-  hold(scene, middle - 1, middle, half, 0.0F);
-  hold(scene, middle, middle, -half, 0.0F);
+  hold(scene, site - 1, half, 0.0F);
+  hold(scene, site, -half, 0.0F);
 }
 
 /// By this share of the image; the thesis presses by 20 of 300 pixels.
@@ -146,7 +148,8 @@ void support(Problem& problem, double sites) {
   for (int i = 0; i < static_cast<int>(sites); ++i) {
     const int x = any(scene.extent().width);
     const int y = any(scene.extent().height);
-    hold(scene, x, y, static_cast<float>(0.05 * x + 0.03 * y), static_cast<float>(0.02 * x - 0.04 * y));
+    hold(scene, scene.extent().index(x, y), static_cast<float>(0.05 * x + 0.03 * y),
+         static_cast<float>(0.02 * x - 0.04 * y));
   }
 }
 
@@ -164,17 +167,17 @@ void step_down_to(Problem& problem, double knob) {
 
 /// What can be done to a problem, in the words of families.json.
 const std::map<std::string_view, Step> steps{
-    {"one material", stiff_where([](Extent, int, int) { return false; })},
+    {"one material", stiff_where([](Extent, int, int, int) { return false; })},
     {"stiff inclusion", stiff_where(in_inclusion)},
     {"inclusion ten times as stiff",
      [](Problem& problem, double) { stiff_where(in_inclusion)(problem, 10.0); }},
     {"stiff surroundings",
-     stiff_where([](Extent extent, int x, int y) { return !in_inclusion(extent, x, y); })},
-    {"stiff checkerboard", stiff_where([](Extent, int x, int y) { return (x + y) % 2 != 0; })},
+     stiff_where([](Extent extent, int x, int y, int z) { return !in_inclusion(extent, x, y, z); })},
+    {"stiff checkerboard", stiff_where([](Extent, int x, int y, int z) { return (x + y + z) % 2 != 0; })},
     {"stiff columns",
-     stiff_where([](Extent extent, int x, int) { return x % 2 == 1 && x < extent.width / 2; })},
+     stiff_where([](Extent extent, int x, int, int) { return x % 2 == 1 && x < extent.width / 2; })},
     {"stiff rows",
-     stiff_where([](Extent extent, int x, int y) { return x < extent.width / 2 && y % 4 < 1; })},
+     stiff_where([](Extent extent, int x, int y, int) { return x < extent.width / 2 && y % 4 < 1; })},
     {"moat", stiff_where(in_moat)},
     {"rim", hold_rim},
     {"rough start", start_roughly},
@@ -238,10 +241,16 @@ void change(Problem& problem, const std::vector<std::string>& by, double knob) {
   }
 }
 
+Extent extent_of(const Entry& entry) {
+  const bool is_volume = std::ranges::find(shipped_volumes, entry.scene) != shipped_volumes.end();
+  return {entry.size, entry.size, is_volume ? entry.size : 1};
+}
+
 Problem problem_of(const Entry& entry, double knob) {
-  Problem problem{.scene = load_scene(entry.scene, {.size = Extent{entry.size, entry.size}})};
+  Problem problem{.scene = load_scene(entry.scene, {.size = extent_of(entry)})};
+  const float usual_side = problem.scene.extent().depth > 1 ? 64.0F : 300.0F;
   for_each_value(problem.scene.full.target,
-                 [&](float& value) { value *= static_cast<float>(entry.size) / 300.0F; });
+                 [&](float& value) { value *= static_cast<float>(entry.size) / usual_side; });
   change(problem, entry.problem, knob);
   return problem;
 }
@@ -251,7 +260,17 @@ double error_of(const Entry& entry, const Problem& problem, const Outcome& outco
 }
 
 const std::vector<Entry>& entries() {
-  static const auto all = nlohmann::json::parse(sources::families_text).get<std::vector<Entry>>();
+  static const std::vector<Entry> all = [] {
+    nlohmann::json rows = nlohmann::json::parse(sources::families_text);
+    for (nlohmann::json& row : rows) {
+      if (row.contains("as")) { // another family's, but for what it says itself
+        nlohmann::json whole = *std::ranges::find(rows, row["as"], [](const auto& of) { return of["name"]; });
+        whole.update(row);
+        row = std::move(whole);
+      }
+    }
+    return rows.get<std::vector<Entry>>();
+  }();
   return all;
 }
 

@@ -57,8 +57,8 @@ void check_met(const Scene& scene, const VectorField& displacement, Warnings& wa
   const double penalty = static_cast<double>(scene.full.penalty);
   Seen overruled;
   Seen not_arrived;
-  for_each_site(extent, [&](int x, int y) {
-    const std::size_t at = extent.index(x, y);
+  for_each_site(extent, [&](int x, int y, int z) {
+    const std::size_t at = extent.index(x, y, z);
     const auto check = [&](float confidence, float target, float centre, float gradient, float curvature) {
       const double way = std::abs(static_cast<double>(target) - static_cast<double>(centre));
       const double change = static_cast<double>(curvature) * step;
@@ -69,7 +69,7 @@ void check_met(const Scene& scene, const VectorField& displacement, Warnings& wa
       }
     };
     const Level& level = scene.full;
-    const PriorAtSite prior = level.energy->host->prior(level, displacement, x, y, 0);
+    const PriorAtSite prior = level.energy->host->prior(level, displacement, x, y, z);
     for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
       check(level.confidence[axis][at], level.target[axis][at], displacement[axis][at], prior.gradient[axis],
             prior.curvature[axis]);
@@ -179,10 +179,8 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
   }
   check_range(scene, field, warnings);
   check_folding(field, warnings);
-  if (field.extent.depth == 1) { // what is measured here is derived for the neighbours of an image
-    check_met(scene, field, warnings);
-    check_rest(scene, solution, warnings);
-  }
+  check_met(scene, field, warnings);
+  check_rest(scene, solution, warnings);
   return warnings;
 }
 

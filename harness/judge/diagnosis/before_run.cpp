@@ -6,11 +6,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <span>
 
 namespace hdmbench {
 
@@ -27,13 +25,19 @@ void check_undetermined(const Scene& scene, const Component& component, Warnings
   }
 }
 
+/// Neighbours of a site on one side of it, and so the lines that a component has through it: 3, in a
+/// volume 9.
+double neighbours_aside(const Scene& scene) {
+  return scene.extent().axes() == 2 ? 3.0 : 9.0;
+}
+
 /// A condition holds while K c / 2 >= |g|, half the derivative of the prior by its component. In one
 /// material every neighbour pulls with the weight (1 + r) r + (1 + k) = 4; a site on the edge of a uniform
-/// slope of G px per site has three neighbours on one side only and so |g| = 3 * 4 * G = 12 G. G is at least
-/// the range of the targets over the width of the image.
+/// slope of G px per site has neighbours on one side only and so |g| = 3 * 4 * G = 12 G, in a volume 36 G. G
+/// is at least the range of the targets over the width of the image.
 void check_weak_penalty(const Scene& scene, const Component& component, Warnings& warnings) {
   const double slope = component.known.width() / std::max(1, component.thickness - 1);
-  const double needed = 2.0 * 12.0 * slope;
+  const double needed = 2.0 * 4.0 * neighbours_aside(scene) * slope;
   const auto certain = static_cast<std::size_t>(std::ranges::count(component.confidence, 1.0F));
   if (component.thickness > 1 && certain > 0 && static_cast<double>(scene.full.penalty) < needed) {
     warn(warnings, "weak-penalty", certain, "penalty"_a = scene.full.penalty,
@@ -50,23 +54,13 @@ void check_conflicts(const Scene& scene, Warnings& warnings) {
   std::size_t folds = 0;
   Seen steps;
   for (const Component& component : components(scene)) {
-    const auto compare = [&](std::size_t a, std::size_t b, bool along) {
-      const double rise = static_cast<double>(component.target[b]) - static_cast<double>(component.target[a]);
-      const bool fold = along && rise <= -1.0;
-      if (component.confidence[a] > 0.0F && component.confidence[b] > 0.0F &&
+    for_each_pair(extent, [&](std::size_t site, std::size_t next, std::size_t axis) {
+      const double rise = double{component.target[next]} - double{component.target[site]};
+      const bool fold = axis == component.axis && rise <= -1.0;
+      if (component.confidence[site] > 0.0F && component.confidence[next] > 0.0F &&
           (fold || std::abs(rise) > 1.0)) {
         folds += fold ? 1 : 0;
-        steps.add(std::abs(rise), a);
-      }
-    };
-    const std::array<std::size_t, 3> strides{1, extent.index(0, 1), extent.index(0, 0, 1)};
-    for_each_site(extent, [&](int x, int y, int z) {
-      const std::array<int, 3> place{x, y, z};
-      const std::size_t at = extent.index(x, y, z);
-      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-        if (place[axis] + 1 < extent.sides()[axis]) {
-          compare(at, at + strides[axis], axis == component.axis);
-        }
+        steps.add(std::abs(rise), site);
       }
     });
   }
@@ -78,8 +72,11 @@ void check_conflicts(const Scene& scene, Warnings& warnings) {
 
 /// Full resolution sites per site of a level, along the axis where they are most.
 double spacing_of(Extent full, Extent level) {
-  return std::max(static_cast<double>(full.width) / level.width,
-                  static_cast<double>(full.height) / level.height);
+  double most = 0.0;
+  for (std::size_t axis = 0; axis < full.axes(); ++axis) {
+    most = std::max(most, static_cast<double>(full.sides()[axis]) / level.sides()[axis]);
+  }
+  return most;
 }
 
 /// 1 where a component is observed, else 0.
@@ -139,7 +136,7 @@ int finest_coarse_level(const LevelSequence& levels, Extent full) {
   return finest;
 }
 
-/// A coarse level has an observed component where one of the four of its sites around it is observed, and
+/// A coarse level has an observed component where one of its sites around it is observed, and
 /// stands for it where that is so within two of its sites.
 void check_lost_conditions(const Scene& scene, Warnings& warnings) {
   LevelSequence levels(scene);
@@ -163,7 +160,7 @@ void check_lost_conditions(const Scene& scene, Warnings& warnings) {
     if (lost > 0) {
       const bool centred = scene.schedule.alignment == Alignment::center;
       warn(warnings, centred ? "lost-condition/centred" : "lost-condition", lost,
-           "component"_a = component.name, "width"_a = extent.width, "height"_a = extent.height);
+           "component"_a = component.name, "level"_a = extent.text());
     }
   }
 }
@@ -198,26 +195,14 @@ Seen largest_contrast(const Level& level) {
   Seen found{.most = 1.0};
   const Extent extent = level.extent;
   const auto& modulus = level.modulus.values;
-  // Half of the neighbours: each pair once.
-  constexpr std::array<std::array<int, 3>, 13> ways{{{1, 0, 0},
-                                                     {0, 1, 0},
-                                                     {1, 1, 0},
-                                                     {-1, 1, 0},
-                                                     {0, 0, 1},
-                                                     {1, 0, 1},
-                                                     {-1, 0, 1},
-                                                     {0, 1, 1},
-                                                     {0, -1, 1},
-                                                     {1, 1, 1},
-                                                     {-1, 1, 1},
-                                                     {1, -1, 1},
-                                                     {-1, -1, 1}}};
   for_each_site(extent, [&](int x, int y, int z) {
     const std::size_t at = extent.index(x, y, z);
-    for (const auto& [dx, dy, dz] : std::span(ways).first(extent.axes() == 3 ? 13 : 4)) {
-      if (x + dx >= 0 && x + dx < extent.width && y + dy >= 0 && y + dy < extent.height &&
-          z + dz < extent.depth) {
-        const std::size_t other = extent.index(x + dx, y + dy, z + dz);
+    for (int i = 14; i < (extent.depth > 1 ? 27 : 18); ++i) { // the half of the neighbours that is ahead
+      const int nx = x + i % 3 - 1;
+      const int ny = y + i / 3 % 3 - 1;
+      const int nz = z + i / 9 - 1;
+      if (std::min(nx, ny) >= 0 && nx < extent.width && ny < extent.height && nz < extent.depth) {
+        const std::size_t other = extent.index(nx, ny, nz);
         const auto [soft, stiff] = std::minmax(modulus[at], modulus[other]);
         found.add(static_cast<double>(stiff) / static_cast<double>(soft),
                   modulus[at] < modulus[other] ? other : at);
@@ -231,14 +216,15 @@ Seen largest_contrast(const Level& level) {
 /// and its own material on the other: u pulls with the weight w = (1 + r) + 2 out of A = (1 + r)^2 + 4. The
 /// site moves by e only where its minimum is more than e / 2 away, so where the soft side is e A / 2w ahead;
 /// no two sites can be farther apart than the targets. Below w / A = 2^-24 float32 does not feel the softer
-/// side at all; where 6 (1 + r)^2 e^2 leaves its range every energy is infinite.
+/// side at all; where 6 (1 + r)^2 e^2 (in a volume 27) leaves its range every energy is infinite.
 void check_contrast(const Scene& scene, Warnings& warnings) {
   const Seen contrast = largest_contrast(scene.full);
   const double r = contrast.most;
   const double lag = ((1.0 + r) * (1.0 + r) + 4.0) / (3.0 + r);
   const std::string where = scene.extent().place(contrast.worst);
   const StepSizes steps = step_sizes(scene.full.steps);
-  const double largest_energy = 6.0 * std::pow((1.0 + r) * std::max(1.0, steps.largest), 2.0);
+  const double largest_energy = static_cast<double>(scene.extent().axes()) * neighbours_aside(scene) *
+                                std::pow((1.0 + r) * std::max(1.0, steps.largest), 2.0);
   const bool overflows = largest_energy > double{std::numeric_limits<float>::max()};
   if (overflows || lag > 0x1p24) {
     warn(warnings, overflows ? "contrast/energy" : "contrast/pull", std::nullopt, "ratio"_a = r,
@@ -279,12 +265,6 @@ Warnings diagnose(const Scene& scene) {
   if (scene.energy->is_of_cells()) { // the rest is about sweeps and levels of energies of sites
     check_conflicts(scene, warnings);
     check_elastic_cycles(scene, warnings);
-    return warnings;
-  }
-  if (scene.extent().depth > 1) { // nor does what is derived for the neighbours of an image hold in a volume
-    for (const auto check : {check_conflicts, check_offset, check_rest_candidate}) {
-      check(scene, warnings);
-    }
     return warnings;
   }
   for (const Component& component : components(scene)) {

@@ -55,29 +55,36 @@ double quantum(const Scene& scene) {
 }
 
 std::vector<float> distance_to_nearest(Extent extent, std::span<const float> counted, float diagonal) {
+  const float farthest =
+      static_cast<float>(extent.width + extent.height + (extent.depth > 1 ? extent.depth : 0));
   std::vector<float> distance(extent.sites());
-  std::ranges::transform(counted, distance.begin(), [&](float value) {
-    return value > 0.0F ? 0.0F : static_cast<float>(extent.width + extent.height);
-  });
-  // Two raster scans are exact for this metric (Rosenfeld and Pfaltz 1966).
-  const auto scan = [&](int x, int y, int step) {
-    float& own = distance[extent.index(x, y)];
-    const auto shorten = [&](int nx, int ny, float length) {
-      if (nx >= 0 && ny >= 0 && nx < extent.width && ny < extent.height) {
-        own = std::min(own, distance[extent.index(nx, ny)] + length);
+  std::ranges::transform(counted, distance.begin(),
+                         [&](float value) { return value > 0.0F ? 0.0F : farthest; });
+  // Two raster scans are exact for this metric (Rosenfeld and Pfaltz 1966): each looks at the half of the
+  // neighbours that it has passed.
+  const auto scan = [&](int x, int y, int z, int step) {
+    float& own = distance[extent.index(x, y, z)];
+    for (int i = extent.depth > 1 ? 0 : 9; i < 13;
+         ++i) { // of the 27 places around in raster order those before the middle
+      const int nx = x + step * (1 - i % 3);
+      const int ny = y + step * (1 - i / 3 % 3);
+      const int nz = z + step * (1 - i / 9);
+      if (std::min({nx, ny, nz}) >= 0 && nx < extent.width && ny < extent.height && nz < extent.depth) {
+        const bool straight = (nx != x) + (ny != y) + (nz != z) == 1;
+        own = std::min(own, distance[extent.index(nx, ny, nz)] + (straight ? 1.0F : diagonal));
       }
-    };
-    shorten(x + step, y, 1.0F);
-    shorten(x, y + step, 1.0F);
-    shorten(x + step, y + step, diagonal);
-    shorten(x - step, y + step, diagonal);
+    }
   };
-  for_each_site(extent, [&](int x, int y) { scan(x, y, -1); });
-  for_each_site(extent, [&](int x, int y) { scan(extent.width - 1 - x, extent.height - 1 - y, 1); });
+  for_each_site(extent, [&](int x, int y, int z) { scan(x, y, z, -1); });
+  for_each_site(extent, [&](int x, int y, int z) {
+    scan(extent.width - 1 - x, extent.height - 1 - y, extent.depth - 1 - z, 1);
+  });
   return distance;
 }
 
 } // namespace diagnosis
+
+using namespace diagnosis;
 
 namespace {
 
@@ -109,32 +116,29 @@ VectorField everywhere(const AtSite& at_site, const Level& level, const VectorFi
 /// stripe pattern, none of a slope.
 double stripes_squared(const VectorField& missing) {
   double sum = 0.0;
-  const Extent extent = missing.extent;
-  const auto add = [&](const std::vector<float>& of, std::size_t at, std::size_t step) {
-    const double part = 0.25 * (2.0 * static_cast<double>(of[at]) - static_cast<double>(of[at - step]) -
-                                static_cast<double>(of[at + step]));
-    sum += part * part;
-  };
-  for_each_site(extent, [&](int x, int y) {
-    if (x > 0 && x + 1 < extent.width) {
-      add(missing[0], extent.index(x, y), 1);
-    }
-    if (y > 0 && y + 1 < extent.height) {
-      add(missing[1], extent.index(x, y), static_cast<std::size_t>(extent.width));
+  for_each_pair(missing.extent, [&](std::size_t at, std::size_t after, std::size_t axis) {
+    const auto before = static_cast<std::ptrdiff_t>(2 * at - after);
+    const auto side = static_cast<std::size_t>(missing.extent.sides()[axis]);
+    if (at / (after - at) % side > 0) {
+      const std::vector<float>& of = missing[axis];
+      const double part =
+          0.25 * (2.0 * double{of[at]} - double{of[static_cast<std::size_t>(before)]} - double{of[after]});
+      sum += part * part;
     }
   });
   return sum;
 }
 
-/// Means of 2 x 2 sites; what is left over at the far sides belongs to the last block.
+/// Means of blocks of 2 sites a side; what is left over at the far sides belongs to the last block.
 ScalarField block_means(const ScalarField& fine) {
-  const Extent extent{std::max(1, fine.extent.width / 2), std::max(1, fine.extent.height / 2)};
+  const auto half = [](int side) { return std::max(1, side / 2); };
+  const Extent extent{half(fine.extent.width), half(fine.extent.height), half(fine.extent.depth)};
   ScalarField sums(extent);
   ScalarField counts(extent);
-  for_each_site(fine.extent, [&](int x, int y) {
-    const std::size_t to =
-        extent.index(std::min(x / 2, extent.width - 1), std::min(y / 2, extent.height - 1));
-    sums.values[to] += fine.values[fine.extent.index(x, y)];
+  for_each_site(fine.extent, [&](int x, int y, int z) {
+    const std::size_t to = extent.index(std::min(x / 2, extent.width - 1), std::min(y / 2, extent.height - 1),
+                                        std::min(z / 2, extent.depth - 1));
+    sums.values[to] += fine.values[fine.extent.index(x, y, z)];
     counts.values[to] += 1.0F;
   });
   std::ranges::transform(sums.values, counts.values, sums.values.begin(), std::divides());
@@ -152,16 +156,17 @@ double accumulated_square(std::span<const float> missing, std::span<const float>
       blocks.values[i] = missing[i];
     }
   }
-  const double farthest =
-      static_cast<double>(std::ranges::max(diagnosis::distance_to_nearest(extent, confidence)));
+  const double farthest = static_cast<double>(std::ranges::max(distance_to_nearest(extent, confidence)));
   const double smallest_number = std::numbers::pi / (2.0 * std::max(farthest, 1.0)); // along each axis
-  const double longest_gain = 2.4 / (2.0 * smallest_number * smallest_number);
+  const auto axes = static_cast<double>(extent.axes());
+  const double amplified = extent.axes() == 2 ? 2.4 : 2.6;
+  const double longest_gain = amplified / (axes * smallest_number * smallest_number);
   const auto mean_square = [](const ScalarField& field) {
     return squared_sum(field.values) / static_cast<double>(field.extent.sites());
   };
   for (double size = 1.0;; size *= 2.0) {
     const double wave_number = 2.0 * std::numbers::pi / (std::sqrt(8.0) * size);
-    const double gain = std::min(2.4 / (wave_number * wave_number), longest_gain);
+    const double gain = std::min(amplified / (wave_number * wave_number), longest_gain);
     const double present = mean_square(blocks);
     if (blocks.extent == Extent{1, 1}) {
       return sum + present * longest_gain * longest_gain;
@@ -176,7 +181,10 @@ double accumulated_square(std::span<const float> missing, std::span<const float>
 RestState measure_rest(const Scene& scene, const VectorField& displacement) {
   const Level& level = scene.full;
   RestState state{.missing = everywhere(level.energy->host->missing, level, displacement)};
-  const double square = squared_sum(state.missing[0]) + squared_sum(state.missing[1]);
+  double square = 0.0;
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+    square += squared_sum(state.missing[axis]);
+  }
   const auto sites = static_cast<double>(level.extent.sites());
   state.rms = std::sqrt(square / sites);
   const double stripes = stripes_squared(state.missing);
@@ -186,8 +194,12 @@ RestState measure_rest(const Scene& scene, const VectorField& displacement) {
     const VectorField next = everywhere(level.energy->host->improved, level, displacement);
     const VectorField second = everywhere(level.energy->host->improved, level, next);
     for (std::size_t i = 0; i < next[0].size(); ++i) {
-      const bool moves = next[0][i] != displacement[0][i] || next[1][i] != displacement[1][i];
-      const bool returns = second[0][i] == displacement[0][i] && second[1][i] == displacement[1][i];
+      bool moves = false;
+      bool returns = true;
+      for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+        moves = moves || next[axis][i] != displacement[axis][i];
+        returns = returns && second[axis][i] == displacement[axis][i];
+      }
       state.moving += moves ? 1 : 0;
       state.swapping += moves && returns ? 1 : 0;
     }
@@ -197,8 +209,11 @@ RestState measure_rest(const Scene& scene, const VectorField& displacement) {
 
 double accumulated_distance(const Scene& scene, const VectorField& missing) {
   const Level& level = scene.full;
-  return std::sqrt(accumulated_square(missing[0], level.confidence[0], level.extent) +
-                   accumulated_square(missing[1], level.confidence[1], level.extent));
+  double square = 0.0;
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+    square += accumulated_square(missing[axis], level.confidence[axis], level.extent);
+  }
+  return std::sqrt(square);
 }
 
 } // namespace hdmbench

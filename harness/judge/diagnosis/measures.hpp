@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <optional>
 #include <span>
@@ -79,8 +80,22 @@ struct StepSizes {
 /// has candidates, else 0.
 [[nodiscard]] double quantum(const Scene& scene);
 
+/// call(site, next, axis) for every two sites that follow each other along an axis.
+template <typename Call>
+void for_each_pair(Extent extent, const Call& call) {
+  const std::array<std::size_t, 3> strides{1, extent.index(0, 1), extent.index(0, 0, 1)};
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    const auto side = static_cast<std::size_t>(extent.sides()[axis]);
+    for (std::size_t site = 0; site < extent.sites(); ++site) {
+      if (site / strides[axis] % side + 1 < side) {
+        call(site, site + strides[axis], axis);
+      }
+    }
+  }
+}
+
 /// Distance to the nearest counted site (a value > 0) in sites along a path of straight steps and of diagonal
-/// ones, each as long as it says; width + height where there is none.
+/// ones, each as long as it says; the sum of the sides where there is none.
 [[nodiscard]] std::vector<float> distance_to_nearest(Extent extent, std::span<const float> counted,
                                                      float diagonal = 1.0F);
 
@@ -95,8 +110,8 @@ struct RestState {
   /// one would move back to the bit. Rule::steps only, else 0.
   std::size_t moving = 0;
   std::size_t swapping = 0;
-  /// Of missing: root mean square of the part that changes sign from column to column (x) or row to row (y),
-  /// pixels, and its share of the whole, squared: 1 for stripes, 3/8 for noise, 0 for what is smooth.
+  /// Of missing: root mean square of the part that changes sign from site to site along a component's own
+  /// axis, pixels, and its share of the whole, squared: 1 for stripes, 3/8 for noise, 0 for what is smooth.
   double stripes = 0.0;
   double stripes_share = 0.0;
 };
@@ -106,10 +121,11 @@ struct RestState {
 
 /// An estimate of the RMSD to the fixed point from RestState::missing, pixels; good to a factor of three
 /// where the moduli are nearly equal. There a component is the mean of its neighbours, and its error d obeys
-/// -(1/2 d_xx + 1/3 d_yy) = missing (y: the other way round). So a wave of the wave number k in `missing` is
-/// amplified by 2.4 / k^2, on average over its directions. Waves of 2 s to 4 s pixels are what block means
-/// over s x s sites keep and those over 2 s x 2 s lose. The longest wave is, along both axes, four times the
-/// largest distance of a free site from the nearest condition. Observed components are not amplified.
+/// -(1/2 d_xx + 1/3 d_yy) = missing, in a volume with 1/3 d_zz more (y, z: the same with 1/2 for their own
+/// axis). So a wave of the wave number k in `missing` is amplified by 2.4 / k^2, in a volume by 2.6 / k^2, on
+/// average over its directions. Waves of 2 s to 4 s pixels are what block means over s sites a side keep and
+/// those over 2 s lose. The longest wave is, along each axis, four times the largest distance of a free site
+/// from the nearest condition. Observed components are not amplified.
 [[nodiscard]] double accumulated_distance(const Scene& scene, const VectorField& missing);
 
 } // namespace hdmbench
