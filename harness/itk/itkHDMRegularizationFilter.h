@@ -222,6 +222,27 @@ protected:
     }
   }
 
+  void PrintSelf(std::ostream& os, Indent indent) const override {
+    Superclass::PrintSelf(os, indent);
+    os << indent << "Moduli:";
+    for (const auto& [label, megapascal] : m_Moduli) {
+      os << ' ' << +label << ": " << megapascal << " MPa";
+    }
+    const auto print = [&](const char* name, const auto& value) {
+      os << '\n' << indent << name << ": " << value;
+    };
+    print("Energy", m_Energy);
+    print("PoissonRatio", m_PoissonRatio);
+    print("NumberOfIterations", m_NumberOfIterations);
+    print("Penalty", m_Penalty);
+    print("Backend", m_Backend);
+    print("Device", m_Device);
+    print("DeviceUsed", m_DeviceUsed);
+    print("ElapsedIterations", this->GetElapsedIterations());
+    print("MeanEnergy", m_MeanEnergy);
+    os << std::endl;
+  }
+
 private:
   /** Rounding in file headers, not another shape. */
   static constexpr double SquareTolerance = 0.01;        // of a pixel's side
@@ -246,23 +267,31 @@ private:
   /** Along rows and columns, in pixels. The direction is orthonormal: its inverse is its transpose, which for
    * unrotated images is exact. */
   hdmbench::VectorField ToPixels(const DisplacementFieldType& field) const {
-    const Matrix<double, 2, 2> inverse(this->GetInput()->GetDirection().GetTranspose());
+    const auto& direction = this->GetInput()->GetDirection();
+    const double spacing = this->GetInput()->GetSpacing()[0];
     hdmbench::VectorField pixels(ExtentOf(field));
     ForEachPixel(field, [&](std::size_t site, const DisplacementType& physical) {
-      const auto along = inverse * Vector<double, 2>(physical) / this->GetInput()->GetSpacing()[0];
-      pixels[0][site] = static_cast<float>(along[0]);
-      pixels[1][site] = static_cast<float>(along[1]);
+      for (unsigned axis = 0; axis < 2; ++axis) {
+        const double along = direction(0, axis) * physical[0] + direction(1, axis) * physical[1];
+        pixels[axis][site] = static_cast<float>(along / spacing);
+      }
     });
     return pixels;
   }
 
   void ToPhysical(const hdmbench::VectorField& displacement, DisplacementFieldType& field) const {
-    std::size_t site = 0;
-    for (ImageRegionIterator<DisplacementFieldType> pixel(&field, field.GetLargestPossibleRegion());
-         !pixel.IsAtEnd(); ++pixel, ++site) {
-      const double along[] = {double{displacement[0][site]}, double{displacement[1][site]}};
-      pixel.Set(DisplacementType(this->GetInput()->GetDirection() * Vector<double, 2>(along) *
-                                 this->GetInput()->GetSpacing()[0]));
+    using ComponentType = typename DisplacementType::ValueType;
+    const auto& direction = this->GetInput()->GetDirection();
+    const double spacing = this->GetInput()->GetSpacing()[0];
+    ImageRegionIterator<DisplacementFieldType> pixel(&field, field.GetLargestPossibleRegion());
+    for (std::size_t site = 0; !pixel.IsAtEnd(); ++pixel, ++site) {
+      DisplacementType physical;
+      for (unsigned axis = 0; axis < 2; ++axis) {
+        const double along =
+            direction(axis, 0) * displacement[0][site] + direction(axis, 1) * displacement[1][site];
+        physical[axis] = static_cast<ComponentType>(along * spacing);
+      }
+      pixel.Set(physical);
     }
   }
 
@@ -272,11 +301,10 @@ private:
     scene.schedule.iterations = m_NumberOfIterations;
     const hdmbench::Extent extent = start.extent;
     hdmbench::Level& full = scene.full;
-    full = {.extent = extent,
-            .target = hdmbench::VectorField(extent),
-            .confidence = hdmbench::VectorField(extent),
-            .modulus = hdmbench::ScalarField(extent),
-            .penalty = static_cast<float>(m_Penalty)};
+    full.extent = extent;
+    full.penalty = static_cast<float>(m_Penalty);
+    full.target = hdmbench::VectorField(extent);
+    full.confidence = hdmbench::VectorField(extent);
     if (const auto* const confidence = this->GetConfidenceImage()) {
       full.target = this->ToPixels(*this->GetObservationImage());
       ForEachPixel(*confidence, [&](std::size_t site, const auto& value) {
@@ -284,6 +312,7 @@ private:
         full.confidence[1][site] = value[1];
       });
     }
+    full.modulus = hdmbench::ScalarField(extent);
     if (const auto* const moduli = this->GetModulusImage()) {
       ForEachPixel(*moduli, [&](std::size_t site, float modulus) { full.modulus.values[site] = modulus; });
     } else {
