@@ -98,6 +98,7 @@ struct ProgramKind {
   Kernel kernel = Kernel::sweep;
   std::vector<Constant> constants{};
   const Energy* energy = &thesis_energy;
+  std::size_t axes = 2; ///< HDM_AXES of the texts: 3 for volumes
   /// The candidates as constants, where the text is compiled at run time: for programs that are told none.
   std::optional<std::array<float, 16>> steps{};
 

@@ -169,7 +169,8 @@ private:
     }
     if (dispatch.counted == nullptr) {
       gl_.DispatchCompute(static_cast<GLuint>(dispatch.groups.width),
-                          static_cast<GLuint>(dispatch.groups.height), 1);
+                          static_cast<GLuint>(dispatch.groups.height),
+                          static_cast<GLuint>(dispatch.groups.depth));
     } else {
       of(*dispatch.counted).bind_buffer(GL_DISPATCH_INDIRECT_BUFFER);
       gl_.DispatchComputeIndirect(static_cast<GLintptr>(dispatch.first_count * sizeof(GLuint)));
@@ -206,7 +207,7 @@ private:
 } // namespace
 
 std::string compute_text(const ProgramKind& kind) {
-  std::string definitions;
+  std::string definitions = fmt::format("#define HDM_AXES {}\n", kind.axes);
   for (const ProgramKind::Constant& constant : kind.constants) {
     definitions += fmt::format("#define {} {}\n", constant.name, constant.value);
   }

@@ -181,7 +181,7 @@ public:
   /// Throws DeviceError with the compiler's words.
   ClProgram(const Api& api, cl_context context, cl_device_id device, const ProgramKind& kind)
       : arguments(source_of(kind.kernel).arguments) {
-    std::string text = fmt::format("#define HDM_INPUTS {}\n", kind.energy->inputs);
+    std::string text = fmt::format("#define HDM_INPUTS {}\n#define HDM_AXES {}\n", kind.energy->inputs, kind.axes);
     for (const ProgramKind::Constant& constant : kind.constants) {
       text += fmt::format("#define {} {}\n", constant.name, constant.value);
       if (constant.name == "LANES") {

@@ -31,7 +31,7 @@ struct Shapes {
 [[nodiscard]] Shapes shapes_for(const ComputeDevice& device);
 
 /// How many of the first levels one dispatch of `group` invocations may compute: 0 where `group` is 0, or
-/// where another rule or order of sites needs to know which sweep it is. Never the last level, whose last two
+/// where another rule or order of sites needs to know which sweep it is, or for a volume. Never the last level, whose last two
 /// fields changed() compares, and not so much that a driver would end it early.
 [[nodiscard]] std::size_t coarse_level_count(const Pyramid& pyramid, int group);
 

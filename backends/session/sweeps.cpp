@@ -20,7 +20,7 @@ constexpr std::size_t fewest_for_choice = std::size_t{64} * 64;
 constexpr std::uint32_t fewest_of_a_class = 8;
 
 bool leaves_out(const SweptLevel& level) {
-  return level.work == Work::active && changes_spread_by_contact(level.full) &&
+  return level.work == Work::active && level.extent.axes() == 2 && changes_spread_by_contact(level.full) &&
          level.extent.sites() >= fewest_for_choice;
 }
 
@@ -105,6 +105,7 @@ private:
     float penalty = 0.0F;
     std::int32_t width = 0;
     std::int32_t height = 0;
+    std::int32_t depth = 1;
     SweepState turn{};
     std::int32_t tiles_across = 0;
     std::int32_t tile_count = 0;
@@ -161,7 +162,8 @@ private:
                                    {"TILE_HEIGHT", shape.tile.height},
                                    {"COLUMNS", columns},
                                    {"LANES", shape.tile.width / columns}},
-                     .energy = constants.energy};
+                     .energy = constants.energy,
+                     .axes = level_.extent.axes()};
     if (has_constant_steps(device, number)) {
       kind.steps = level_.steps.padded();
     }
@@ -173,6 +175,7 @@ private:
     Parameters parameters{.penalty = level_.penalty,
                           .width = level_.extent.width,
                           .height = level_.extent.height,
+                          .depth = level_.extent.depth,
                           .turn = sweep_state(level_, number),
                           .tiles_across = tiles_across_,
                           .tile_count = static_cast<std::int32_t>(tile_count_),
@@ -252,7 +255,8 @@ public:
                                         {"ACTIVE", active_ ? 1 : 0},
                                         {"GENERAL", fast ? 0 : 1},
                                         {"SIMD_WIDTH", shape.simd_width}},
-                          .energy = constants.energy});
+                          .energy = constants.energy,
+                          .axes = level_.extent.axes()});
     std::vector<std::uint32_t> classes;
     if (fast) {
       const std::vector<std::uint8_t> found = classify_tiles(swept.full, swept.extent, swept.alignment,
@@ -283,9 +287,11 @@ public:
                                .turn = sweep_state(level_, number),
                                .width = level_.extent.width,
                                .height = level_.extent.height,
+                               .depth = level_.extent.depth,
                                .origin = static_cast<std::uint32_t>(layout_.origin),
                                .plane = static_cast<std::uint32_t>(layout_.plane),
                                .tiles_across = tiles_.width,
+                               .tiles_down = tiles_.height,
                                .tile_count = static_cast<std::int32_t>(tiles_.sites()),
                                .sweeps = together,
                                .every = is_first ? 1 : 0,
@@ -307,9 +313,11 @@ private:
     SweepState turn{};
     std::int32_t width = 0;
     std::int32_t height = 0;
+    std::int32_t depth = 1;
     std::uint32_t origin = 0;
     std::uint32_t plane = 0;
     std::int32_t tiles_across = 0;
+    std::int32_t tiles_down = 0;
     std::int32_t tile_count = 0;
     std::int32_t sweeps = 1;
     std::int32_t every = 1;

@@ -26,8 +26,8 @@ struct Displacements {
 /// What does not change during the sweeps of a level.
 struct LevelArrays {
   std::unique_ptr<Array> material;          ///< modulus, 1 / modulus
-  std::unique_ptr<Array> observation;       ///< target x, y, confidence x, y
-  std::unique_ptr<Array> inverse_curvature; ///< x, y; one element where no rule needs it
+  std::unique_ptr<Array> observation;       ///< target and confidence
+  std::unique_ptr<Array> inverse_curvature; ///< one element where no rule needs it
 };
 
 /// A level that samples `full`, which may be the level itself, and how it is swept.

@@ -25,16 +25,18 @@ namespace {
 
 #ifdef HDMBENCH_WITH_VULKAN
 #include <shaders/coarse_levels_vulkan.hpp>
+#include <shaders/sweep_volume_vulkan.hpp>
 #include <shaders/sweep_vulkan.hpp>
 #else
 constexpr std::span<const std::uint32_t> coarse_levels_vulkan;
 constexpr std::span<const std::uint32_t> sweep_vulkan;
+constexpr std::span<const std::uint32_t> sweep_volume_vulkan;
 #endif
 
 } // namespace
 
 const EnergyPrograms programs {
-  .text = sources::energy, .vulkan_sweep = sweep_vulkan, .vulkan_coarse_levels = coarse_levels_vulkan,
+  .text = sources::energy, .vulkan_sweep = sweep_vulkan, .vulkan_sweep_volume = sweep_volume_vulkan, .vulkan_coarse_levels = coarse_levels_vulkan,
   .scalar_sweep = scalar_sweep,
 #if defined(__x86_64__)
   .rows = {

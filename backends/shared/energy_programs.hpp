@@ -22,6 +22,7 @@ struct EnergyPrograms {
   std::string_view text;
   /// SPIR-V of kernels/shaders; empty without Vulkan.
   std::span<const std::uint32_t> vulkan_sweep;
+  std::span<const std::uint32_t> vulkan_sweep_volume;
   std::span<const std::uint32_t> vulkan_coarse_levels;
   /// Sweep `number` of the level on one thread; `from` and `to` may be the same field: then a site sees its
   /// predecessors' new values. Returns how many sites changed.

@@ -45,10 +45,11 @@ inline constexpr std::size_t classes_inside = class_set({0, 1, 2, 3});
          ((found & tile_class::observed_bit) != 0 ? 16 : 0);
 }
 
-/// How many tiles cover an image of `sites`, the last ones maybe reaching beyond it.
+/// How many tiles cover all slices of `sites`, the last ones maybe reaching beyond it.
 [[nodiscard]] constexpr Extent tiles_of(Extent sites, Extent tile) {
   return {.width = (sites.width + tile.width - 1) / tile.width,
-          .height = (sites.height + tile.height - 1) / tile.height};
+          .height = (sites.height + tile.height - 1) / tile.height,
+          .depth = sites.depth};
 }
 
 /// How an image is cut into tiles and for which classes there are programs.
@@ -58,7 +59,7 @@ struct TilesWanted {
   std::uint32_t fewest = 1; ///< of a class; if there are fewer they count as general: a draw has its cost
 };
 
-/// The tiles of a level by class. A tile is y * tiles.width + x, counted from the top left.
+/// The tiles of a level by class: tiles.index(x, y, z), counted from the top left of the first slice.
 struct TileLists {
   Extent tiles{};
   std::vector<std::uint32_t> list{};              ///< class after class

@@ -301,7 +301,8 @@ private:
     }
     if (dispatch.counted == nullptr) {
       to.dispatch(static_cast<std::uint32_t>(dispatch.groups.width),
-                  static_cast<std::uint32_t>(dispatch.groups.height), 1);
+                  static_cast<std::uint32_t>(dispatch.groups.height),
+                  static_cast<std::uint32_t>(dispatch.groups.depth));
     } else {
       to.dispatchIndirect(*of(*dispatch.counted).buffer.handle, dispatch.first_count * sizeof(std::uint32_t));
     }

@@ -36,7 +36,7 @@ layout(binding = 10) uniform samplerBuffer inverse_curvature; // where the rule 
 layout(binding = 4, std430) buffer Tiles { uint tiles[]; };   // these three as wake.glsl has them
 layout(binding = 5, std430) readonly buffer Lengths { uvec4 lengths[]; };
 layout(binding = 6, std430) buffer AppendedLengths { uvec4 appended_lengths[]; };
-PARAMETERS_AND_STEPS(13)
+PARAMETERS_AND_STEPS(14)
 
 #include "tile_class.inc"
 
@@ -48,37 +48,41 @@ const bool elastic = (tile_class & elastic_bit) != 0u;
 #include "energy.inc"
 #include "update.inc"
 
-// ListedSweeps::Parameters of backends/session/sweeps.cpp: penalty, width, height; colour, strength, number and seed
+// ListedSweeps::Parameters of backends/session/sweeps.cpp: penalty, width, height, depth; colour, strength, number and seed
 // of update.inc's Sweep; then
-#define tiles_across parameters[7]
-#define tile_count parameters[8]
-#define list parameters[9]
-#define next_list parameters[10]
-#define stamp parameters[11]
-#define first_input_texel parameters[12] // texel of the level's first site
+#define tiles_across parameters[8]
+#define tile_count parameters[9]
+#define list parameters[10]
+#define next_list parameters[11]
+#define stamp parameters[12]
+#define first_input_texel parameters[13] // texel of the level's first site
 
 #include "wake.glsl"
 
-vec2 displacement_at(int i) { return texelFetch(displacement, i).xy; }
+Vector displacement_at(int i) { return texelFetch(displacement, i).COMPONENTS; }
 vec2 material_at(int i) { return texelFetch(material, i).xy; }
-vec4 observation_at(int i) { return texelFetch(observation, i); }
-vec2 inverse_curvature_at(int i) { return texelFetch(inverse_curvature, i).xy; }
+Vector target_at(int i) { return target_of(i); }
+Vector confidence_at(int i) { return confidence_of(i); }
+Vector inverse_curvature_at(int i) { return texelFetch(inverse_curvature, i).COMPONENTS; }
 #if HDM_INPUTS > 0
 vec4 inputs_at(int i) { return texelFetch(inputs, first_input_texel + i); }
 #endif
-void store(int i, Displacement next) { imageStore(improved, i, vec4(next.x, next.y, 0.0, 0.0)); }
+void store(int i, Displacement next) { imageStore(improved, i, vec4(next.x, next.y AND_Z(next.z), REST)); }
 
 #include "tile.glsl"
 
 void main() {
-  ivec2 tile = listed_tile(gl_WorkGroupID, tile_class);
-  if (tile.x >= 0) {
-    ivec2 size = ivec2(parameters[1], parameters[2]);
-    Sweep sweep = Sweep(intBitsToFloat(parameters[3]), intBitsToFloat(parameters[4]), intBitsToFloat(parameters[5]),
-                        intBitsToFloat(parameters[6]));
+  int place = listed_tile(gl_WorkGroupID, tile_class);
+  if (place >= 0) {
+    ivec3 size = ivec3(parameters[1], parameters[2], parameters[3]);
+    int tiles_down = tile_count / (tiles_across * size.z);
+    int row = place / tiles_across; // of tiles, of all slices
+    ivec3 tile = ivec3(place % tiles_across, row % tiles_down, row / tiles_down);
+    Sweep sweep = Sweep(intBitsToFloat(parameters[4]), intBitsToFloat(parameters[5]), intBitsToFloat(parameters[6]),
+                        intBitsToFloat(parameters[7]));
     int seen_from = sweep_tile(tile, int(gl_LocalInvocationID.x), size, intBitsToFloat(parameters[0]), sweep);
     if (wakes) {
-      wake(tile, seen_from);
+      wake(tile.xy, seen_from);
     }
   }
 }

@@ -23,17 +23,15 @@ void append_tile(uint tile, uint its_class) {
   }
 }
 
-// The tile that a work group sweeps, by column and row; x < 0: none.
-ivec2 listed_tile(uvec3 group, uint tile_class) {
+// The tile that a work group sweeps; -1: none.
+int listed_tile(uvec3 group, uint tile_class) {
   uint place = group.y * most_groups_across + group.x;
-  if (place >= lengths[tile_class].w) {
-    return ivec2(-1);
-  }
-  int tile = int(tiles[list_begin(uint(list), tile_class, uint(tile_count)) + place]);
-  return ivec2(tile % tiles_across, tile / tiles_across);
+  return place < lengths[tile_class].w
+             ? int(tiles[list_begin(uint(list), tile_class, uint(tile_count)) + place])
+             : -1;
 }
 
-// Puts on the next lists what sweep_tile() of tile.glsl said.
+// Puts on the next lists what sweep_tile() of tile.glsl said, of an image.
 void wake(ivec2 tile, int seen_from) {
   ivec2 grid = ivec2(tiles_across, tile_count / tiles_across);
   for (; seen_from != 0; seen_from &= seen_from - 1) {
