@@ -35,11 +35,11 @@ ProgramKind sweep_kind(const ShaderConstants& constants, std::size_t tile_class,
                                  {"COLOURS", constants.colours},
                                  {"STEP_COUNT", constants.step_count},
                                  {"CLASS", static_cast<int>(tile_class)},
-                                 {"WAKES", axes == 2 && tile_class == 0 ? 1 : 0},
+                                 {"ACTIVE", axes == 2 && tile_class == 0 ? 1 : 0},
                                  {"TILE_WIDTH", 32},
                                  {"TILE_HEIGHT", 16},
-                                 {"COLUMNS", 4},
-                                 {"LANES", 8}},
+                                 {"COLUMNS", 2},
+                                 {"LANES", 16}},
                    .axes = axes};
   if (tile_class != general_class) {
     kind.steps = StepSet().padded();

@@ -53,12 +53,12 @@ public:
   void load(const Level& level) {
     upload_full(level);
     upload_inputs(level, Alignment::corner, {level.extent});
-    levels_.push_back(make_sweeps(device_, programs_,
-                                  {.full = level,
-                                   .extent = level.extent,
-                                   .strengths = level.strengths,
-                                   .work = work_,
-                                   .shape = shapes_.sweep}));
+    levels_.push_back(std::make_unique<Sweeps>(device_, programs_,
+                                               SweptLevel{.full = level,
+                                                          .extent = level.extent,
+                                                          .strengths = level.strengths,
+                                                          .work = work_,
+                                                          .shape = shapes_.sweep}));
     device_.finish();
   }
 
@@ -118,15 +118,16 @@ public:
     }
     const std::size_t together = coarse_level_count(pyramid, shapes_.coarse_group);
     for (std::size_t i = 0; i < pyramid.levels.size(); ++i) {
-      levels_.push_back(i < together ? nullptr
-                                     : make_sweeps(device_, programs_,
-                                                   {.full = full,
-                                                    .extent = pyramid.levels[i].extent,
-                                                    .alignment = pyramid.alignment,
-                                                    .strengths = pyramid.levels[i].strengths,
-                                                    .work = work_,
-                                                    .shape = shapes_.sweep,
-                                                    .first_input = first_inputs_[i]}));
+      levels_.push_back(i < together
+                            ? nullptr
+                            : std::make_unique<Sweeps>(device_, programs_,
+                                                       SweptLevel{.full = full,
+                                                                  .extent = pyramid.levels[i].extent,
+                                                                  .alignment = pyramid.alignment,
+                                                                  .strengths = pyramid.levels[i].strengths,
+                                                                  .work = work_,
+                                                                  .shape = shapes_.sweep,
+                                                                  .first_input = first_inputs_[i]}));
     }
     record(pyramid, entries, together);
     device_.finish();
@@ -358,7 +359,7 @@ private:
 
 /// What DeviceBackend opens.
 struct KernelSource {
-  static constexpr bool has_volumes = true;
+  static constexpr bool takes_volumes = true;
   static constexpr bool has_elastic_volumes = true;
   std::unique_ptr<ComputeApi> api;
 

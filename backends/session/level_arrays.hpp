@@ -27,9 +27,7 @@ struct SiteLayout {
     return has_planes ? Kind::words : numbers == 2 ? Kind::pairs : Kind::fours;
   }
   /// How many numbers a vector is: in texels of a volume there is one behind it that is nobody's.
-  [[nodiscard]] std::size_t numbers_of_vector() const {
-    return extent.axes() == 2 ? 2 : has_planes ? 3 : 4;
-  }
+  [[nodiscard]] std::size_t numbers_of_vector() const { return extent.axes() == 2 ? 2 : has_planes ? 3 : 4; }
 
   Extent extent;
   bool has_planes = false;
@@ -57,8 +55,8 @@ struct ResamplingEntries {
   explicit ResamplingEntries(const Pyramid& pyramid);
 
   /// Per column, then per row, then per slice, of each level: the two coarse sites around, the weight of the
-  /// second, the site sampled of the full image; the first level lies in one of a single site. Then per level:
-  /// width, height, sweeps, where its columns begin.
+  /// second, the site sampled of the full image; the first level lies in one of a single site. Then per
+  /// level: width, height, sweeps, where its columns begin.
   std::vector<std::array<float, 4>> texels;
   std::vector<std::int32_t> begins; ///< per level where its columns begin; rows and slices come after them
   std::int32_t levels_begin = 0;    ///< where the entries of the levels themselves begin

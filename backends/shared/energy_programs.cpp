@@ -35,19 +35,15 @@ constexpr std::span<const std::uint32_t> sweep_volume_vulkan;
 
 } // namespace
 
-const EnergyPrograms programs {
-  .text = sources::energy, .vulkan_sweep = sweep_vulkan, .vulkan_sweep_volume = sweep_volume_vulkan, .vulkan_coarse_levels = coarse_levels_vulkan,
-  .scalar_sweep = scalar_sweep,
+const EnergyPrograms programs{.text = sources::energy,
+                              .vulkan_sweep = sweep_vulkan,
+                              .vulkan_coarse_levels = coarse_levels_vulkan,
+                              .scalar_sweep = scalar_sweep,
+                              .rows = {baseline::sweep_row,
 #if defined(__x86_64__)
-  .rows = {
-    baseline::sweep_row,
-    avx2::sweep_row,
-    avx512::sweep_row
-  }
-};
-#else
-  .rows = {baseline::sweep_row, nullptr, nullptr}
-};
+                                       avx2::sweep_row, avx512::sweep_row
 #endif
+                              },
+                              .vulkan_sweep_of_volumes = sweep_volume_vulkan};
 
 } // namespace hdmbench::energies::HDMBENCH_ENERGY

@@ -22,13 +22,13 @@ struct EnergyPrograms {
   std::string_view text;
   /// SPIR-V of kernels/shaders; empty without Vulkan.
   std::span<const std::uint32_t> vulkan_sweep;
-  std::span<const std::uint32_t> vulkan_sweep_volume;
   std::span<const std::uint32_t> vulkan_coarse_levels;
   /// Sweep `number` of the level on one thread; `from` and `to` may be the same field: then a site sees its
   /// predecessors' new values. Returns how many sites changed.
   std::int64_t (*scalar_sweep)(const Level& level, int number, const VectorField& from, VectorField& to);
   /// A row of a sweep (backends/cpu/row.hpp): baseline, AVX2, AVX-512; null where not built.
   std::array<std::int64_t (*)(const openmp::RowPart& part), 3> rows;
+  std::span<const std::uint32_t> vulkan_sweep_of_volumes;
 };
 
 [[nodiscard]] const EnergyPrograms& programs_of(const Energy& energy);

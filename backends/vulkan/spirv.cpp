@@ -30,7 +30,8 @@ std::span<const std::uint32_t> text_of(const ProgramKind& kind) {
   const EnergyPrograms& programs = programs_of(*kind.energy);
   using Text = std::span<const std::uint32_t>;
   const bool is_volume = kind.axes > 2;
-  const std::array<Text, 7> in_order_of_kernel{is_volume ? programs.vulkan_sweep_volume : programs.vulkan_sweep,
+  const std::array<Text, 7> in_order_of_kernel{is_volume ? programs.vulkan_sweep_of_volumes
+                                                         : programs.vulkan_sweep,
                                                is_volume ? levels_volume_vulkan : Text(levels_vulkan),
                                                programs.vulkan_coarse_levels,
                                                elastic_vulkan,

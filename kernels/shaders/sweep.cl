@@ -10,7 +10,7 @@
 //                              column, is not used here.
 //   SIMD_WIDTH                 sites side by side of that loop: what a compiler takes of its own accord may be half as fast
 //   ACTIVE                     whether only tiles are visited that can see a change; never of a volume
-//   GENERAL                    whether all tiles are of the general class
+//   CLASS                      7 where all tiles are of the general class
 //
 // Arrays over the sites are planes, one number each, so that neighbours in a row are neighbours in memory. Around each there
 // is room: neighbours beyond the border are read before they are replaced.
@@ -38,15 +38,17 @@ typedef struct {
   int width;
   int height;
   int depth;
-  uint origin; // where in a plane its first site is
-  uint plane;  // from a plane to the next
   int tiles_across;
   int tiles_down; // of a slice
   int tile_count;
-  int sweeps; // more than one only where one group has all tiles, and nothing of the above changes
   int every;  // whether every tile is visited
   uint stamp; // of this sweep, another one for each since the flags were cleared
   uint first_input; // float of the energy's own numbers where the level's planes begin
+  uint first_listed; // of other devices' lists of tiles
+  uint end_listed;
+  int sweeps; // more than one only where one group has all tiles, and nothing of the above changes
+  uint origin; // where in a plane its first site is
+  uint plane;  // from a plane to the next
   float steps[16];
 } Parameters;
 
@@ -236,7 +238,7 @@ kernel __attribute__((reqd_work_group_size(LANES, 1, 1))) void sweep(
       int seen_from = 0;
 #define SWEEP(border, observed, elastic)                                                                               \
   seen_from = sweep_tile(border, observed, elastic, tile_x, tile_y, z, displacement, fields, improved, p)
-#if GENERAL
+#if CLASS == 7
       SWEEP(true, true, true);
 #else
       switch (classes[tile]) {

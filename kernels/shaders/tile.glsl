@@ -1,9 +1,9 @@
 // One sweep of one tile, TILE_WIDTH x TILE_HEIGHT sites of a slice: every invocation computes COLUMNS sites side by side from the
 // first row of the tile to the last, and fetches each row once. The includer supplies, after the energy and update.inc,
 //
-//   TILE_WIDTH, TILE_HEIGHT, COLUMNS  constants, COLUMNS 1, 2 or 4; a tile takes TILE_WIDTH / COLUMNS invocations
+//   TILE_WIDTH, TILE_HEIGHT, COLUMNS  constants, COLUMNS 1 or 2; a tile takes TILE_WIDTH / COLUMNS invocations
 //   WINDOW                            COLUMNS + 2 or more: the sites of a row that an invocation sees
-//   border, observed, elastic         constant bools, the class of the tile (tile_class.inc): whether it reaches
+//   border, observed, elastic         constant bools, the class of the tile: whether it reaches
 //                                     the border of the image, whether a site in it has confidence, whether a ratio of
 //                                     moduli in it is not 1
 //   rule, colours, step_count, steps  constants, as update.inc has them
@@ -135,18 +135,12 @@ int sweep_tile(ivec3 tile, int lane, ivec3 size, real penalty, Sweep sweep) {
     for (int k = 0; k < COLUMNS + 2; ++k) {
       south[k] = seen_at(below + column[k]);
     }
-    // Not a loop: compilers leave one of this length as it is, with the window in memory.
+    // Not a loop: compilers leave one as it is, with the window in memory.
     bool first_changed = sweep_site(0, first, start, size, north, middle, south, penalty, sweep);
     bool last_changed = first_changed;
     bool row_changed = first_changed;
     if (COLUMNS > 1) {
       last_changed = sweep_site(1, first, start, size, north, middle, south, penalty, sweep);
-      row_changed = row_changed || last_changed;
-    }
-    if (COLUMNS > 2) {
-      last_changed = sweep_site(2, first, start, size, north, middle, south, penalty, sweep);
-      row_changed = row_changed || last_changed;
-      last_changed = sweep_site(3, first, start, size, north, middle, south, penalty, sweep);
       row_changed = row_changed || last_changed;
     }
     // The row's bits of the tiles above, here and below; one to the left and one to the right for those beside.
