@@ -1,41 +1,9 @@
 #include "backends/cpu/level_data.hpp"
 
+#include "backends/shared/tiles.hpp"
 #include "kernels/data/default_steps.hpp"
-#include "kernels/specification/tile_class.hpp"
 
 namespace hdmbench::openmp {
-
-namespace {
-
-/// What classify.inc reads.
-struct ClassifiedRows {
-  const float* moduli;
-  const float* inverses;
-  std::array<const float*, 2> confidences;
-  Extent extent;
-  int z;
-
-  [[nodiscard]] bool any_other_confidence(int y, int first, int end, float of_x, float of_y) const {
-    return any_other(confidences[0], y, first, end, of_x) || any_other(confidences[1], y, first, end, of_y);
-  }
-  [[nodiscard]] bool any_other_modulus(int y, int first, int end, float value) const {
-    return any_other(moduli, y, first, end, value);
-  }
-  [[nodiscard]] bool any_other_inverse(int y, int first, int end, float value) const {
-    return any_other(inverses, y, first, end, value);
-  }
-  [[nodiscard]] bool any_other(const float* values, int y, int first, int end, float value) const {
-    const float* row = values + extent.index(0, y, z);
-    int differing = 0;
-#pragma omp simd reduction(| : differing)
-    for (int i = first; i < end; ++i) {
-      differing |= static_cast<int>(row[i] != value);
-    }
-    return differing != 0;
-  }
-};
-
-} // namespace
 
 void LevelData::prepare(const Level& level, Extent extent) {
   tiling_ = Tiling(extent);
@@ -67,39 +35,32 @@ void LevelData::make_room(const Arrays& from) {
 }
 
 TileKind LevelData::classified(Rectangle tile) const {
-  const auto in_slice = [&](int z, std::size_t second) {
-    return tile_class::Classifier<ClassifiedRows>(
-        {arrays_[RowPart::modulus],
-         arrays_[RowPart::inverse_modulus],
-         {arrays_[RowPart::confidence], arrays_[RowPart::confidence + second]},
-         extent(),
-         z});
-  };
   const std::size_t origin = extent().index(tile.first, tile.first_row, tile.z);
-  TileKind kind;
-  bool same = true;
-  bool observed = false;
-  for (std::size_t axis = 1; axis < extent().axes(); ++axis) { // x and another one
-    const auto of = [&](std::size_t one) { return arrays_[RowPart::confidence + one][origin]; };
-    same = same &&
-           in_slice(tile.z, axis)
-               .is_of_one_confidence(tile.first, tile.first_row, tile.last, tile.last_row, of(0), of(axis));
-    observed = observed || of(0) != 0.0F || of(axis) != 0.0F;
+  const Box box{{tile.first, tile.first_row, tile.z}, {tile.last, tile.last_row, tile.z + 1}};
+  // Whether a number is everywhere that of the tile's first site.
+  const auto is_one = [&](std::size_t number, const Box& sites) {
+    const float* const values = arrays_[number];
+    const float value = values[origin];
+    return !sites.has_row([&](int first, int end, int y, int z) {
+      const float* row = values + extent().index(0, y, z);
+      int differing = 0;
+#pragma omp simd reduction(| : differing)
+      for (int i = first; i < end; ++i) {
+        differing |= static_cast<int>(row[i] != value);
+      }
+      return differing != 0;
+    });
+  };
+  TileKind kind{.uniform_confidence = true};
+  for (std::size_t axis = 0; axis < extent().axes(); ++axis) {
+    kind.uniform_confidence = kind.uniform_confidence && is_one(RowPart::confidence + axis, box);
   }
-  if (same) {
-    kind.uniform_confidence = true;
-    for (std::size_t axis = 0; axis < extent().axes(); ++axis) {
-      kind.confidence[axis] = arrays_[RowPart::confidence + axis][origin];
-    }
-    kind.observed = observed;
+  for (std::size_t axis = 0; axis < extent().axes() && kind.uniform_confidence; ++axis) {
+    kind.confidence[axis] = arrays_[RowPart::confidence + axis][origin];
+    kind.observed = (axis > 0 && kind.observed) || kind.confidence[axis] != 0.0F;
   }
-  bool one_material = short_path_;
-  for (int z = std::max(tile.z - 1, 0); z <= std::min(tile.z + 1, extent().depth - 1) && one_material; ++z) {
-    one_material = in_slice(z, 1).is_of_one_material(
-        tile.first, tile.first_row, tile.last, tile.last_row, extent().width, extent().height,
-        arrays_[RowPart::modulus][origin], arrays_[RowPart::inverse_modulus][origin]);
-  }
-  if (one_material) {
+  if (short_path_ && is_one(RowPart::modulus, box) &&
+      is_one(RowPart::inverse_modulus, box.with_rim(extent()))) {
     kind.uniform = true;
     kind.modulus = arrays_[RowPart::modulus][origin];
     kind.inverse_modulus = arrays_[RowPart::inverse_modulus][origin];

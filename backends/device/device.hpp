@@ -36,8 +36,7 @@ constexpr std::size_t sampled_material = 1;
 constexpr std::size_t sampled_observation = 2;
 constexpr std::size_t counter = 4;
 constexpr std::size_t tiles = 4;
-constexpr std::size_t lengths = 5;          ///< of the lists of tiles that a sweep reads
-constexpr std::size_t appended_lengths = 6; ///< of those that it makes
+constexpr std::size_t flags = 5; ///< of tiles
 constexpr std::size_t displacement = 7;
 constexpr std::size_t material = 8;
 constexpr std::size_t observation = 9;
@@ -98,6 +97,7 @@ struct ProgramKind {
   Kernel kernel = Kernel::sweep;
   std::vector<Constant> constants{};
   const Energy* energy = &thesis_energy;
+  std::size_t axes = 2; ///< HDM_AXES of the texts: 3 for volumes
   /// The candidates as constants, where the text is compiled at run time: for programs that are told none.
   std::optional<std::array<float, 16>> steps{};
 
@@ -116,10 +116,6 @@ struct Dispatch {
   std::array<float, 16> steps{}; ///< the candidates, padded, told after the words; 128 bytes in all at most
   int step_count = 0;            ///< 0: it is told none
   Extent groups{1, 1}; ///< work groups; a row of lanes each in OpenCL, which numbers them row by row
-  /// Four words of this array, from this one on, are the numbers of work groups along x, y and z; the fourth
-  /// is nobody's here. Null: `groups`.
-  const Array* counted = nullptr;
-  std::size_t first_count = 0;
   bool beside = false; ///< has nothing to do with what the command before does: no need to wait for it
 
   /// Tells the program a struct of words.

@@ -157,7 +157,6 @@ struct Api {
   HDMBENCH_GL(BindImageTexture);
   HDMBENCH_GL(ClearBufferSubData);
   HDMBENCH_GL(DispatchCompute);
-  HDMBENCH_GL(DispatchComputeIndirect);
   HDMBENCH_GL(GetBufferSubData);
   HDMBENCH_GL(MemoryBarrier);
   HDMBENCH_GL(TexBuffer);

@@ -132,8 +132,7 @@ public:
           [&](const auto& one) {
             if (!one.beside) {
               gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
-                                GL_SHADER_STORAGE_BARRIER_BIT | GL_COMMAND_BARRIER_BIT |
-                                GL_BUFFER_UPDATE_BARRIER_BIT);
+                                GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
             }
             run(one);
           },
@@ -167,13 +166,9 @@ private:
         bound_[number] = dispatch.arrays[number];
       }
     }
-    if (dispatch.counted == nullptr) {
-      gl_.DispatchCompute(static_cast<GLuint>(dispatch.groups.width),
-                          static_cast<GLuint>(dispatch.groups.height), 1);
-    } else {
-      of(*dispatch.counted).bind_buffer(GL_DISPATCH_INDIRECT_BUFFER);
-      gl_.DispatchComputeIndirect(static_cast<GLintptr>(dispatch.first_count * sizeof(GLuint)));
-    }
+    gl_.DispatchCompute(static_cast<GLuint>(dispatch.groups.width),
+                        static_cast<GLuint>(dispatch.groups.height),
+                        static_cast<GLuint>(dispatch.groups.depth));
   }
   void run(const Fill& fill) {
     const GLuint zero = 0;
@@ -206,7 +201,7 @@ private:
 } // namespace
 
 std::string compute_text(const ProgramKind& kind) {
-  std::string definitions;
+  std::string definitions = fmt::format("#define HDM_AXES {}\n", kind.axes);
   for (const ProgramKind::Constant& constant : kind.constants) {
     definitions += fmt::format("#define {} {}\n", constant.name, constant.value);
   }

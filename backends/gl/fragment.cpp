@@ -260,6 +260,7 @@ private:
 
 /// What DeviceBackend opens. Texels are those of two sites; of one site they have more bytes.
 struct FragmentSource {
+  static constexpr bool takes_volumes = false;
   static constexpr bool has_elastic_volumes = false;
   std::unique_ptr<Platform> platform;
 

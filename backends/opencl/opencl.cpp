@@ -149,7 +149,7 @@ Source source_of(Kernel kernel) {
       // the others are for devices with shared memory
       {Kernel::sweep,
        {"sweep",
-        {displacement, improved, material, observation, inverse_curvature, inputs, tiles, lengths},
+        {displacement, improved, material, observation, inverse_curvature, inputs, tiles, flags},
         sources::sweep_opencl}},
       {Kernel::levels,
        {"level_pass",
@@ -181,7 +181,8 @@ public:
   /// Throws DeviceError with the compiler's words.
   ClProgram(const Api& api, cl_context context, cl_device_id device, const ProgramKind& kind)
       : arguments(source_of(kind.kernel).arguments) {
-    std::string text = fmt::format("#define HDM_INPUTS {}\n", kind.energy->inputs);
+    std::string text =
+        fmt::format("#define HDM_INPUTS {}\n#define HDM_AXES {}\n", kind.energy->inputs, kind.axes);
     for (const ProgramKind::Constant& constant : kind.constants) {
       text += fmt::format("#define {} {}\n", constant.name, constant.value);
       if (constant.name == "LANES") {

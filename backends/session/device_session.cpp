@@ -23,13 +23,14 @@ constexpr int group_width = 64;
 /// Words of kernels/shaders/levels.comp and levels.cl.
 struct LevelPass {
   std::int32_t width = 0;
+  std::int32_t height = 0;
   std::uint32_t origin = 0;
   std::uint32_t plane = 0;
   std::int32_t from_width = 0;
+  std::int32_t from_height = 0;
   std::uint32_t from_origin = 0;
   std::uint32_t from_plane = 0;
   std::int32_t first_column = 0; ///< of the level's entries
-  std::int32_t first_row = 0;
 };
 
 /// Words of kernels/shaders/coarse_levels.comp.
@@ -52,18 +53,18 @@ public:
   void load(const Level& level) {
     upload_full(level);
     upload_inputs(level, Alignment::corner, {level.extent});
-    levels_.push_back(make_sweeps(device_, programs_,
-                                  {.full = level,
-                                   .extent = level.extent,
-                                   .strengths = level.strengths,
-                                   .work = work_,
-                                   .shape = shapes_.sweep}));
+    levels_.push_back(std::make_unique<Sweeps>(device_, programs_,
+                                               SweptLevel{.full = level,
+                                                          .extent = level.extent,
+                                                          .strengths = level.strengths,
+                                                          .work = work_,
+                                                          .shape = shapes_.sweep}));
     device_.finish();
   }
 
   void write(const VectorField& displacement) {
     displacements_.newest = 0;
-    write_sites(device_, *displacements_.field(), 0, layout_, {displacement[0], displacement[1]});
+    write_vectors(device_, *displacements_.field(), layout_, {&displacement});
     Commands commands;
     levels_.front()->wake_all(commands);
     device_.run(commands);
@@ -82,7 +83,7 @@ public:
   }
 
   void read(VectorField& displacement) {
-    read_sites(device_, *displacements_.field(), layout_, displacement);
+    read_vector(device_, *displacements_.field(), layout_, displacement);
   }
 
   std::int64_t changed() {
@@ -117,15 +118,16 @@ public:
     }
     const std::size_t together = coarse_level_count(pyramid, shapes_.coarse_group);
     for (std::size_t i = 0; i < pyramid.levels.size(); ++i) {
-      levels_.push_back(i < together ? nullptr
-                                     : make_sweeps(device_, programs_,
-                                                   {.full = full,
-                                                    .extent = pyramid.levels[i].extent,
-                                                    .alignment = pyramid.alignment,
-                                                    .strengths = pyramid.levels[i].strengths,
-                                                    .work = work_,
-                                                    .shape = shapes_.sweep,
-                                                    .first_input = first_inputs_[i]}));
+      levels_.push_back(i < together
+                            ? nullptr
+                            : std::make_unique<Sweeps>(device_, programs_,
+                                                       SweptLevel{.full = full,
+                                                                  .extent = pyramid.levels[i].extent,
+                                                                  .alignment = pyramid.alignment,
+                                                                  .strengths = pyramid.levels[i].strengths,
+                                                                  .work = work_,
+                                                                  .shape = shapes_.sweep,
+                                                                  .first_input = first_inputs_[i]}));
     }
     record(pyramid, entries, together);
     device_.finish();
@@ -153,31 +155,31 @@ private:
 
   [[nodiscard]] Extent groups_of(Extent extent) const {
     return device_.limits().has_planes
-               ? Extent{1, extent.height}
-               : Extent{(extent.width + group_width - 1) / group_width, extent.height};
+               ? Extent{1, extent.height, extent.depth}
+               : Extent{(extent.width + group_width - 1) / group_width, extent.height, extent.depth};
   }
 
   /// Throws TooLarge where the device has too few work groups for a level.
   void require_groups(Extent extent) const {
     const auto require = [&](int needed, std::size_t limit, const char* what) {
       if (static_cast<std::size_t>(needed) > limit) {
-        throw TooLarge(fmt::format("{}: {} x {} sites need {} {}, the device has {}",
-                                   device_.description().name, extent.width, extent.height, needed, what,
-                                   limit));
+        throw TooLarge(fmt::format("{}: {} sites need {} {}, the device has {}", device_.description().name,
+                                   extent.text(), needed, what, limit));
       }
     };
     const Extent groups = groups_of(extent);
     require(groups.width, device_.limits().groups_x, "work groups in x");
     require(groups.height, device_.limits().groups_y, "work groups in y");
+    require(groups.depth, device_.limits().groups_y, "work groups in z");
   }
 
   void make_room(LevelArrays& arrays, const SiteLayout& layout, bool curvature) {
-    const auto make = [&](std::unique_ptr<Array>& array, std::size_t components, bool is_needed = true) {
-      hdmbench::make_room(device_, array, is_needed ? layout.count(components) : 1, layout.kind(components));
+    const auto make = [&](std::unique_ptr<Array>& array, std::size_t numbers, bool is_needed = true) {
+      hdmbench::make_room(device_, array, is_needed ? layout.count(numbers) : 1, layout.kind(numbers));
     };
     make(arrays.material, 2);
-    make(arrays.observation, 4);
-    make(arrays.inverse_curvature, 2, curvature);
+    make(arrays.observation, 2 * layout.numbers_of_vector());
+    make(arrays.inverse_curvature, layout.numbers_of_vector(), curvature);
   }
 
   /// The level itself and room for its displacement; forgets all that was loaded before.
@@ -186,17 +188,16 @@ private:
     parts_.clear();
     levels_.clear();
     layout_ = layout_of(level.extent);
+    const std::size_t numbers = layout_.numbers_of_vector();
     for (std::unique_ptr<Array>& displacement : displacements_.arrays) {
-      hdmbench::make_room(device_, displacement, layout_.count(2), layout_.kind(2));
+      hdmbench::make_room(device_, displacement, layout_.count(numbers), layout_.kind(numbers));
     }
     const bool curvature = needs_inverse_curvature(level.rule);
     make_room(full_, layout_, curvature);
     write_sites(device_, *full_.material, 0, layout_, {level.modulus.values, level.inverse_modulus.values});
-    write_sites(device_, *full_.observation, 0, layout_,
-                {level.target[0], level.target[1], level.confidence[0], level.confidence[1]});
+    write_vectors(device_, *full_.observation, layout_, {&level.target, &level.confidence});
     if (curvature) {
-      write_sites(device_, *full_.inverse_curvature, 0, layout_,
-                  {level.inverse_curvature[0], level.inverse_curvature[1]});
+      write_vectors(device_, *full_.inverse_curvature, layout_, {&level.inverse_curvature});
     }
   }
 
@@ -245,8 +246,9 @@ private:
       cost = updates_at_once / 2; // at most about half a second
     } else {
       const SiteLayout first = layout_of(pyramid.levels.front().extent);
-      commands.emplace_back(
-          Fill{.array = displacements_.field(), .bytes = first.count(2) * bytes_of(first.kind(2))});
+      const std::size_t numbers = first.numbers_of_vector();
+      commands.emplace_back(Fill{.array = displacements_.field(),
+                                 .bytes = first.count(numbers) * bytes_of(first.kind(numbers))});
     }
     for (std::size_t i = together; i < pyramid.levels.size(); ++i) {
       const PyramidLevel& level = pyramid.levels[i];
@@ -301,19 +303,20 @@ private:
   /// `pass` of kernels/shaders/level_passes.h. Entries of `to` begin at `first`.
   [[nodiscard]] Dispatch level_pass(int pass, const SiteLayout& from, const SiteLayout& to,
                                     std::int32_t first = 0) {
-    ProgramKind kind{.kernel = Kernel::levels, .constants = {{"PASS", pass}}};
+    ProgramKind kind{.kernel = Kernel::levels, .constants = {{"PASS", pass}}, .axes = to.extent.axes()};
     if (device_.limits().has_planes) {
       kind.constants.push_back({"LANES", shapes_.sweep.invocations()});
     }
     Dispatch dispatch{.program = &programs_(kind), .groups = groups_of(to.extent)};
     dispatch.tell(LevelPass{.width = to.extent.width,
+                            .height = to.extent.height,
                             .origin = static_cast<std::uint32_t>(to.origin),
                             .plane = static_cast<std::uint32_t>(to.plane),
                             .from_width = from.extent.width,
+                            .from_height = from.extent.height,
                             .from_origin = static_cast<std::uint32_t>(from.origin),
                             .from_plane = static_cast<std::uint32_t>(from.plane),
-                            .first_column = first,
-                            .first_row = first + to.extent.width});
+                            .first_column = first});
     return dispatch;
   }
 
@@ -356,6 +359,7 @@ private:
 
 /// What DeviceBackend opens.
 struct KernelSource {
+  static constexpr bool takes_volumes = true;
   static constexpr bool has_elastic_volumes = true;
   std::unique_ptr<ComputeApi> api;
 

@@ -10,32 +10,47 @@ SiteLayout::SiteLayout(Extent extent_, bool has_planes_) : extent(extent_), has_
 }
 
 void write_sites(ComputeDevice& device, const Array& to, std::size_t first, const SiteLayout& layout,
-                 const std::vector<std::span<const float>>& components) {
+                 const std::vector<std::span<const float>>& numbers) {
   std::size_t at = first * bytes_of(to.kind());
   if (!layout.has_planes) {
-    const std::vector<float> texels = interleaved(components);
+    const std::vector<float> texels = interleaved(numbers);
     device.write(to, at, std::as_bytes(std::span(texels)));
     return;
   }
   at += layout.origin * sizeof(float);
-  for (const std::span<const float> plane : components) {
+  for (const std::span<const float> plane : numbers) {
     device.write(to, at, std::as_bytes(plane));
     at += layout.plane * sizeof(float);
   }
 }
 
-void read_sites(ComputeDevice& device, const Array& from, const SiteLayout& layout, VectorField& to) {
+void write_vectors(ComputeDevice& device, const Array& to, const SiteLayout& layout,
+                   const std::vector<const VectorField*>& vectors) {
+  std::vector<std::span<const float>> numbers;
+  for (const VectorField* const vector : vectors) {
+    const std::array<std::span<const float>, 4> planes{(*vector)[0], (*vector)[1], (*vector)[2]};
+    numbers.insert(numbers.end(), planes.begin(), planes.begin() + layout.numbers_of_vector());
+  }
+  write_sites(device, to, 0, layout, numbers);
+}
+
+void read_vector(ComputeDevice& device, const Array& from, const SiteLayout& layout, VectorField& to) {
+  const auto planes = std::span(to.planes).first(layout.extent.axes());
   if (layout.has_planes) {
-    device.read(from, layout.origin * sizeof(float), std::as_writable_bytes(std::span(to[0])));
-    device.read(from, (layout.origin + layout.plane) * sizeof(float),
-                std::as_writable_bytes(std::span(to[1])));
+    std::size_t at = layout.origin * sizeof(float);
+    for (std::vector<float>& plane : planes) {
+      device.read(from, at, std::as_writable_bytes(std::span(plane)));
+      at += layout.plane * sizeof(float);
+    }
     return;
   }
-  std::vector<std::array<float, 2>> texels(layout.extent.sites());
+  const std::size_t numbers = layout.numbers_of_vector();
+  std::vector<float> texels(numbers * layout.extent.sites());
   device.read(from, 0, std::as_writable_bytes(std::span(texels)));
-  for (std::size_t i = 0; i < texels.size(); ++i) {
-    to[0][i] = texels[i][0];
-    to[1][i] = texels[i][1];
+  for (std::size_t axis = 0; axis < planes.size(); ++axis) {
+    for (std::size_t site = 0; site < planes[axis].size(); ++site) {
+      planes[axis][site] = texels[numbers * site + axis];
+    }
   }
 }
 
@@ -61,10 +76,12 @@ ResamplingEntries::ResamplingEntries(const Pyramid& pyramid) {
     }
   };
   Extent before{1, 1};
+  const Extent full = pyramid.full->extent;
   for (const PyramidLevel& level : pyramid.levels) {
     begins.push_back(static_cast<std::int32_t>(texels.size()));
-    append_axis(before.width, level.extent.width, pyramid.full->extent.width);
-    append_axis(before.height, level.extent.height, pyramid.full->extent.height);
+    append_axis(before.width, level.extent.width, full.width);
+    append_axis(before.height, level.extent.height, full.height);
+    append_axis(before.depth, level.extent.depth, full.depth);
     before = level.extent;
   }
   levels_begin = static_cast<std::int32_t>(texels.size());

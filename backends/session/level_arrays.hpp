@@ -19,13 +19,15 @@ struct SiteLayout {
   SiteLayout() = default;
   SiteLayout(Extent extent, bool has_planes);
 
-  /// Of an array with so many numbers a site, 2 or 4 where they are texels.
-  [[nodiscard]] std::size_t count(std::size_t components) const {
-    return has_planes ? components * plane : extent.sites();
+  /// Of an array with so many numbers a site: where they are texels 2, or 4 in each.
+  [[nodiscard]] std::size_t count(std::size_t numbers) const {
+    return has_planes ? numbers * plane : extent.sites() * ((numbers + 3) / 4);
   }
-  [[nodiscard]] Kind kind(std::size_t components) const {
-    return has_planes ? Kind::words : components == 2 ? Kind::pairs : Kind::fours;
+  [[nodiscard]] Kind kind(std::size_t numbers) const {
+    return has_planes ? Kind::words : numbers == 2 ? Kind::pairs : Kind::fours;
   }
+  /// How many numbers a vector is: in texels of a volume there is one behind it that is nobody's.
+  [[nodiscard]] std::size_t numbers_of_vector() const { return extent.axes() == 2 ? 2 : has_planes ? 3 : 4; }
 
   Extent extent;
   bool has_planes = false;
@@ -33,11 +35,14 @@ struct SiteLayout {
   std::size_t plane = 0;  ///< floats from a plane to the next
 };
 
-/// Writes a value of each site per component, in reading order, into the layout's part of an array that
+/// Writes numbers of each site, in reading order, into the layout's part of an array that
 /// begins with its element `first`. All these throw DeviceError.
 void write_sites(ComputeDevice& device, const Array& to, std::size_t first, const SiteLayout& layout,
-                 const std::vector<std::span<const float>>& components);
-void read_sites(ComputeDevice& device, const Array& from, const SiteLayout& layout, VectorField& to);
+                 const std::vector<std::span<const float>>& numbers);
+/// Likewise all of an array, in which a site has these vectors.
+void write_vectors(ComputeDevice& device, const Array& to, const SiteLayout& layout,
+                   const std::vector<const VectorField*>& vectors);
+void read_vector(ComputeDevice& device, const Array& from, const SiteLayout& layout, VectorField& to);
 
 /// Planes of numbers as texels, one after the other: number k of texel i is planes[k][i], 0 where a plane
 /// that is not the first is empty.
@@ -49,11 +54,11 @@ void read_sites(ComputeDevice& device, const Array& from, const SiteLayout& layo
 struct ResamplingEntries {
   explicit ResamplingEntries(const Pyramid& pyramid);
 
-  /// Per column, then per row, of each level: the two coarse sites around, the weight of the second, the site
-  /// sampled of the full image; the first level lies in one of a single site. Then per level: width, height,
-  /// sweeps, where its columns begin.
+  /// Per column, then per row, then per slice, of each level: the two coarse sites around, the weight of the
+  /// second, the site sampled of the full image; the first level lies in one of a single site. Then per
+  /// level: width, height, sweeps, where its columns begin.
   std::vector<std::array<float, 4>> texels;
-  std::vector<std::int32_t> begins; ///< per level where its columns begin; its rows come after them
+  std::vector<std::int32_t> begins; ///< per level where its columns begin; rows and slices come after them
   std::int32_t levels_begin = 0;    ///< where the entries of the levels themselves begin
 };
 

@@ -49,7 +49,7 @@ Shapes shapes_for(const ComputeDevice& device) {
 }
 
 std::size_t coarse_level_count(const Pyramid& pyramid, int group) {
-  if (group == 0 || !changes_spread_by_contact(*pyramid.full)) {
+  if (group == 0 || pyramid.full->extent.axes() > 2 || !changes_spread_by_contact(*pyramid.full)) {
     return 0;
   }
   std::size_t count = 0;

@@ -12,7 +12,7 @@ namespace hdmbench {
 /// single one on a CPU goes along the whole row (kernels/shaders/sweep.cl).
 struct SweepShape {
   Extent tile{};      ///< sites; divides 128 x 64
-  int columns = 1;    ///< divides the width; 1, 2 or 4 in shaders
+  int columns = 1;    ///< divides the width; 1 or 2 in shaders
   int simd_width = 1; ///< sites side by side of a loop along the row: a hint to the compiler
 
   [[nodiscard]] constexpr int invocations() const { return tile.width / columns; }
@@ -31,8 +31,8 @@ struct Shapes {
 [[nodiscard]] Shapes shapes_for(const ComputeDevice& device);
 
 /// How many of the first levels one dispatch of `group` invocations may compute: 0 where `group` is 0, or
-/// where another rule or order of sites needs to know which sweep it is. Never the last level, whose last two
-/// fields changed() compares, and not so much that a driver would end it early.
+/// where another rule or order of sites needs to know which sweep it is, or for a volume. Never the last
+/// level, whose last two fields changed() compares, and not so much that a driver would end it early.
 [[nodiscard]] std::size_t coarse_level_count(const Pyramid& pyramid, int group);
 
 } // namespace hdmbench

@@ -2,7 +2,6 @@
 
 #include "backends/session/level_arrays.hpp"
 #include "backends/session/shapes.hpp"
-#include "backends/shared/interface.hpp"
 #include "kernels/data/pyramid.hpp"
 
 #include <array>
@@ -26,8 +25,8 @@ struct Displacements {
 /// What does not change during the sweeps of a level.
 struct LevelArrays {
   std::unique_ptr<Array> material;          ///< modulus, 1 / modulus
-  std::unique_ptr<Array> observation;       ///< target x, y, confidence x, y
-  std::unique_ptr<Array> inverse_curvature; ///< x, y; one element where no rule needs it
+  std::unique_ptr<Array> observation;       ///< target and confidence
+  std::unique_ptr<Array> inverse_curvature; ///< one element where no rule needs it
 };
 
 /// A level that samples `full`, which may be the level itself, and how it is swept.
@@ -41,20 +40,42 @@ struct SweptLevel {
   std::int32_t first_input = 0; ///< element of the inputs where the level's begin
 };
 
-/// The sweeps of one level: which tiles in which programs, and which of them can see a change.
-class Sweeps : public Interface {
+/// The sweeps of one level. A work group takes a tile, which it passes by where the tile cannot see a change:
+/// every tile has a flag, the number of the last sweep that has to visit it. Programs are for classes of
+/// tiles (kernels/shaders/sweep.comp), or where arrays are planes one branches by class
+/// (kernels/shaders/sweep.cl).
+class Sweeps {
 public:
-  /// All tiles are to be visited in the next sweep.
-  virtual void wake_all(Commands& commands) = 0;
-  /// Appends sweeps first ... first + count - 1 of the level.
-  virtual void append(Commands& commands, int first, int count, const LevelArrays& level, const Array& inputs,
-                      Displacements& displacements) = 0;
-};
+  /// Compiles what is missing in `programs`. Throws DeviceError.
+  Sweeps(ComputeDevice& device, Programs& programs, const SweptLevel& level);
 
-/// By lists of tiles of a class, which the device writes itself (kernels/shaders/sweep.comp), or where arrays
-/// are planes by flags of tiles (kernels/shaders/sweep.cl). Compiles what is missing in `programs`. Throws
-/// DeviceError.
-[[nodiscard]] std::unique_ptr<Sweeps> make_sweeps(ComputeDevice& device, Programs& programs,
-                                                  const SweptLevel& level);
+  /// All tiles are to be visited in the next sweep.
+  void wake_all(Commands& commands);
+  /// Appends sweeps first ... first + count - 1 of the level.
+  void append(Commands& commands, int first, int count, const LevelArrays& level, const Array& inputs,
+              Displacements& displacements);
+
+private:
+  /// Tiles by one program: those of a class, a part of the list.
+  struct Share {
+    const Program* program = nullptr;
+    std::uint32_t first = 0;
+    std::uint32_t count = 0;
+    bool is_told_steps = true;
+  };
+
+  Level level_; ///< without its fields
+  SiteLayout layout_;
+  std::int32_t first_input_;
+  bool is_fast_; ///< whether a change spreads by contact: the rule and the order that have programs by class
+  bool active_;  ///< whether tiles are left out
+  bool by_one_group_; ///< whether one group does several sweeps in a dispatch
+  Extent tiles_;      ///< how many
+  std::vector<Share> shares_;
+  std::unique_ptr<Array>
+      listed_; ///< tiles, class after class; of planes the class of every tile, if it has one
+  std::unique_ptr<Array> flags_; ///< twice for every tile: by sweeps of odd numbers, and of even ones
+  std::uint32_t stamp_ = 0;      ///< of the sweep before, since wake_all()
+};
 
 } // namespace hdmbench

@@ -11,6 +11,9 @@ namespace {
 
 /// Throws where the image, of which a session said `error`, cannot be cut.
 void require_cuttable(const Level& level, const TooLarge& error) {
+  if (level.extent.axes() > 2) {
+    throw TooLarge(fmt::format("{}, and only images are cut into pieces", error.what()));
+  }
   if (level.update == Update::sequential) {
     throw TooLarge(fmt::format(
         "{}, and the image cannot be cut into pieces because sequential updates cross it in one sweep",

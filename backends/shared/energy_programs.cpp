@@ -25,27 +25,25 @@ namespace {
 
 #ifdef HDMBENCH_WITH_VULKAN
 #include <shaders/coarse_levels_vulkan.hpp>
+#include <shaders/sweep_volume_vulkan.hpp>
 #include <shaders/sweep_vulkan.hpp>
 #else
 constexpr std::span<const std::uint32_t> coarse_levels_vulkan;
 constexpr std::span<const std::uint32_t> sweep_vulkan;
+constexpr std::span<const std::uint32_t> sweep_volume_vulkan;
 #endif
 
 } // namespace
 
-const EnergyPrograms programs {
-  .text = sources::energy, .vulkan_sweep = sweep_vulkan, .vulkan_coarse_levels = coarse_levels_vulkan,
-  .scalar_sweep = scalar_sweep,
+const EnergyPrograms programs{.text = sources::energy,
+                              .vulkan_sweep = sweep_vulkan,
+                              .vulkan_coarse_levels = coarse_levels_vulkan,
+                              .scalar_sweep = scalar_sweep,
+                              .rows = {baseline::sweep_row,
 #if defined(__x86_64__)
-  .rows = {
-    baseline::sweep_row,
-    avx2::sweep_row,
-    avx512::sweep_row
-  }
-};
-#else
-  .rows = {baseline::sweep_row, nullptr, nullptr}
-};
+                                       avx2::sweep_row, avx512::sweep_row
 #endif
+                              },
+                              .vulkan_sweep_of_volumes = sweep_volume_vulkan};
 
 } // namespace hdmbench::energies::HDMBENCH_ENERGY

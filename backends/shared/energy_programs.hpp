@@ -28,6 +28,7 @@ struct EnergyPrograms {
   std::int64_t (*scalar_sweep)(const Level& level, int number, const VectorField& from, VectorField& to);
   /// A row of a sweep (backends/cpu/row.hpp): baseline, AVX2, AVX-512; null where not built.
   std::array<std::int64_t (*)(const openmp::RowPart& part), 3> rows;
+  std::span<const std::uint32_t> vulkan_sweep_of_volumes;
 };
 
 [[nodiscard]] const EnergyPrograms& programs_of(const Energy& energy);

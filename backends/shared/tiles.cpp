@@ -1,6 +1,5 @@
 #include "backends/shared/tiles.hpp"
 
-#include <algorithm>
 #include <numeric>
 #include <span>
 
@@ -8,43 +7,61 @@ namespace hdmbench {
 
 namespace {
 
-/// What classify.inc reads, of a level that samples `full`.
-class SampledRows {
+/// A level that samples another one, in boxes.
+class SampledBoxes {
 public:
-  SampledRows(const Level& full, std::span<const int> columns, std::span<const int> rows)
-      : full_(full), columns_(columns), rows_(rows) {}
-
-  /// Index in `full`.
-  [[nodiscard]] std::size_t index(int x, int y) const {
-    return full_.extent.index(columns_[static_cast<std::size_t>(x)], rows_[static_cast<std::size_t>(y)]);
+  SampledBoxes(const Level& full, Extent extent, Alignment alignment) : full_(full), extent_(extent) {
+    for (std::size_t axis = 0; axis < sampled_.size(); ++axis) {
+      sampled_[axis] = sampled_indices(extent.sides()[axis], full.extent.sides()[axis], alignment);
+    }
   }
 
-  [[nodiscard]] bool any_other_confidence(int y, int first, int end, float of_x, float of_y) const {
-    return any_other(full_.confidence[0], y, first, end, of_x) ||
-           any_other(full_.confidence[1], y, first, end, of_y);
-  }
-  [[nodiscard]] bool any_other_modulus(int y, int first, int end, float modulus) const {
-    return any_other(full_.modulus.values, y, first, end, modulus);
-  }
-  [[nodiscard]] bool any_other_inverse(int y, int first, int end, float inverse) const {
-    return any_other(full_.inverse_modulus.values, y, first, end, inverse);
+  /// The class of the box, of those in use. Sites are read only where they can make a difference.
+  [[nodiscard]] std::size_t class_of(const Box& box, std::size_t classes) const {
+    using namespace tile_class;
+    std::size_t known = 0;
+    for (std::size_t axis = 0; axis < extent_.axes(); ++axis) {
+      known |= box.first[axis] == 0 || box.end[axis] == extent_.sides()[axis] ? border_bit : 0;
+    }
+    const auto in_use = [&](std::size_t bits) { return class_in_use(classes, known | bits); };
+    if (in_use(0) == in_use(observed_bit | elastic_bit)) {
+      return in_use(0);
+    }
+    for (std::size_t axis = 0; axis < extent_.axes(); ++axis) {
+      known |= any_other(full_.confidence[axis], box, 0.0F) ? observed_bit : 0;
+    }
+    if (in_use(0) != in_use(elastic_bit)) {
+      const std::size_t site =
+          full_.extent.index(sampled(0, box.first[0]), sampled(1, box.first[1]), sampled(2, box.first[2]));
+      const float modulus = full_.modulus.values[site];
+      const float inverse = full_.inverse_modulus.values[site];
+      const bool plain = modulus * inverse == 1.0F && !any_other(full_.modulus.values, box, modulus) &&
+                         !any_other(full_.inverse_modulus.values, box.with_rim(extent_), inverse);
+      known |= plain ? 0 : elastic_bit;
+    }
+    return in_use(0);
   }
 
 private:
-  [[nodiscard]] bool any_other(const std::vector<float>& values, int y, int first, int end,
-                               float value) const {
-    const float* row = values.data() + full_.extent.index(0, rows_[static_cast<std::size_t>(y)]);
-    int differing = 0; // no branch per site
-    for (const int x :
-         columns_.subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(end - first))) {
-      differing |= static_cast<int>(row[x] != value);
-    }
-    return differing != 0;
+  [[nodiscard]] int sampled(std::size_t axis, int site) const {
+    return sampled_[axis][static_cast<std::size_t>(site)];
+  }
+  [[nodiscard]] bool any_other(const std::vector<float>& values, const Box& box, float value) const {
+    return box.has_row([&](int first, int end, int y, int z) {
+      const float* row = values.data() + full_.extent.index(0, sampled(1, y), sampled(2, z));
+      int differing = 0; // no branch per site
+      for (const int x :
+           std::span(sampled_[0])
+               .subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(end - first))) {
+        differing |= static_cast<int>(row[x] != value);
+      }
+      return differing != 0;
+    });
   }
 
   const Level& full_;
-  std::span<const int> columns_;
-  std::span<const int> rows_;
+  Extent extent_;
+  std::array<std::vector<int>, 3> sampled_; ///< which sites of `full` are sampled, by axis
 };
 
 std::array<std::uint32_t, class_count> counts_of(const std::vector<std::uint8_t>& classes) {
@@ -61,18 +78,18 @@ TileLists classify_tiles(const Level& full, Extent extent, Alignment alignment, 
   TileLists result;
   result.tiles = tiles_of(extent, wanted.tile);
   result.classes.resize(result.tiles.sites());
-  const std::vector<int> columns = sampled_indices(extent.width, full.extent.width, alignment);
-  const std::vector<int> rows = sampled_indices(extent.height, full.extent.height, alignment);
+  const SampledBoxes boxes(full, extent, alignment);
 #pragma omp parallel for schedule(static) if (extent.sites() > 100000)
-  for (int y = 0; y < result.tiles.height; ++y) {
-    tile_class::Classifier<SampledRows> sites({full, columns, rows});
+  for (int row = 0; row < result.tiles.rows(); ++row) {
+    const int z = row / result.tiles.height;
+    const int top = row % result.tiles.height * wanted.tile.height;
     for (int x = 0; x < result.tiles.width; ++x) {
       const int left = x * wanted.tile.width;
-      const int top = y * wanted.tile.height;
-      const std::size_t site = sites.index(left, top);
-      result.classes[result.tiles.index(x, y)] = static_cast<std::uint8_t>(
-          sites.class_of_tile(wanted.classes, left, top, wanted.tile.width, wanted.tile.height, extent.width,
-                              extent.height, full.modulus.values[site], full.inverse_modulus.values[site]));
+      const Box box{{left, top, z},
+                    {std::min(left + wanted.tile.width, extent.width),
+                     std::min(top + wanted.tile.height, extent.height), z + 1}};
+      result.classes[result.tiles.index(x, row)] =
+          static_cast<std::uint8_t>(boxes.class_of(box, wanted.classes));
     }
   }
   const auto found = counts_of(result.classes);

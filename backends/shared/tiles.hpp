@@ -2,23 +2,73 @@
 
 #include "kernels/data/level.hpp"
 #include "kernels/data/pyramid.hpp"
-#include "kernels/specification/tile_class.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
 #include <initializer_list>
 #include <vector>
 
-/// Tiles by what is known of all their sites, where the host finds it out for devices. What the classes are
-/// is said once, in kernels/specification/tile_class.inc and classify.inc; openmp, which wants to know the
-/// modulus, too, has its own use of them (cpu/level_data.hpp).
+/// Classes of tiles: what may be true of a site in the tile. A program that is compiled for a class has the
+/// rest as constants and fetches less, with the same bits.
+namespace hdmbench::tile_class {
+
+// A class is a sum of these; kernels/shaders/sweep.comp and sweep.cl have the same numbers.
+inline constexpr std::size_t border_bit = 4;   ///< a site is at the border of the level or beyond it
+inline constexpr std::size_t observed_bit = 2; ///< a site has confidence
+/// A ratio m_t * (1 / m_u) of a site to itself or to a neighbour is not 1.
+inline constexpr std::size_t elastic_bit = 1;
+
+inline constexpr std::size_t class_count = 8;
+inline constexpr std::size_t general_class = 7; ///< good for any tile
+
+/// The first one of `classes`, a set with bit 1 << c for class c, whose programs are good for a tile of which
+/// `known` may be true: they take no more for granted. The general class is in every set.
+[[nodiscard]] constexpr std::size_t class_in_use(std::size_t classes, std::size_t known) {
+  std::size_t found = known;
+  while (found < general_class && ((found & known) != known || ((classes >> found) & 1) == 0)) {
+    ++found;
+  }
+  return found;
+}
+
+} // namespace hdmbench::tile_class
+
+/// Tiles by what is known of all their sites, where the host finds it out.
 namespace hdmbench {
 
 using tile_class::class_count;
 using tile_class::general_class;
 
-/// Classes that programs are made for, with the general one, as class_in_use() of tile_class.inc has them.
+/// Sites first ... end - 1 along each axis.
+struct Box {
+  std::array<int, 3> first{};
+  std::array<int, 3> end{};
+
+  /// With the neighbours of all its sites, as far as they are in the level.
+  [[nodiscard]] Box with_rim(Extent extent) const {
+    Box box = *this;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      box.first[axis] = std::max(first[axis] - 1, 0);
+      box.end[axis] = std::min(end[axis] + 1, extent.sides()[axis]);
+    }
+    return box;
+  }
+  /// Whether any_other(first, end, y, z), of sites first ... end - 1 of a row, is true of one of the rows.
+  template <typename AnyOther>
+  [[nodiscard]] bool has_row(const AnyOther& any_other) const {
+    bool found = false;
+    for (int z = first[2]; z < end[2] && !found; ++z) {
+      for (int y = first[1]; y < end[1] && !found; ++y) {
+        found = any_other(first[0], end[0], y, z);
+      }
+    }
+    return found;
+  }
+};
+
+/// Classes that programs are made for, with the general one, as class_in_use() has them.
 [[nodiscard]] constexpr std::size_t class_set(std::initializer_list<std::size_t> classes) {
   std::size_t set = std::size_t{1} << general_class;
   for (const std::size_t tile_class : classes) {
@@ -27,10 +77,10 @@ using tile_class::general_class;
   return set;
 }
 
-/// All that tell anything apart inside the image.
+/// All that tell anything apart inside the level.
 inline constexpr std::size_t classes_inside = class_set({0, 1, 2, 3});
 
-/// Of a tile inside the image, all sites of which are of a kind.
+/// Of a tile inside the level, all sites of which are of a kind.
 [[nodiscard]] constexpr std::size_t class_of(SiteKind kind) {
   const bool observed = kind == SiteKind::general || kind == SiteKind::uniform;
   const bool elastic = kind == SiteKind::general || kind == SiteKind::unobserved;
@@ -45,20 +95,21 @@ inline constexpr std::size_t classes_inside = class_set({0, 1, 2, 3});
          ((found & tile_class::observed_bit) != 0 ? 16 : 0);
 }
 
-/// How many tiles cover an image of `sites`, the last ones maybe reaching beyond it.
+/// How many tiles cover all slices of `sites`, the last ones maybe reaching beyond it.
 [[nodiscard]] constexpr Extent tiles_of(Extent sites, Extent tile) {
   return {.width = (sites.width + tile.width - 1) / tile.width,
-          .height = (sites.height + tile.height - 1) / tile.height};
+          .height = (sites.height + tile.height - 1) / tile.height,
+          .depth = sites.depth};
 }
 
-/// How an image is cut into tiles and for which classes there are programs.
+/// How slices are cut into tiles and for which classes there are programs.
 struct TilesWanted {
   Extent tile{}; ///< sites along x and y
   std::size_t classes = class_set({});
   std::uint32_t fewest = 1; ///< of a class; if there are fewer they count as general: a draw has its cost
 };
 
-/// The tiles of a level by class. A tile is y * tiles.width + x, counted from the top left.
+/// The tiles of a level by class: tiles.index(x, y, z), counted from the top left of the first slice.
 struct TileLists {
   Extent tiles{};
   std::vector<std::uint32_t> list{};              ///< class after class

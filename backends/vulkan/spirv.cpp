@@ -22,16 +22,22 @@ namespace {
 #include <shaders/elastic_coarse_vulkan.hpp>
 #include <shaders/elastic_volume_vulkan.hpp>
 #include <shaders/elastic_vulkan.hpp>
+#include <shaders/levels_volume_vulkan.hpp>
 #include <shaders/levels_vulkan.hpp>
 #include <shaders/loops_vulkan.hpp>
 
 std::span<const std::uint32_t> text_of(const ProgramKind& kind) {
   const EnergyPrograms& programs = programs_of(*kind.energy);
   using Text = std::span<const std::uint32_t>;
-  const std::array<Text, 7> in_order_of_kernel{
-      programs.vulkan_sweep, levels_vulkan,         programs.vulkan_coarse_levels,
-      elastic_vulkan,        elastic_coarse_vulkan, elastic_volume_vulkan,
-      loops_vulkan};
+  const bool is_volume = kind.axes > 2;
+  const std::array<Text, 7> in_order_of_kernel{is_volume ? programs.vulkan_sweep_of_volumes
+                                                         : programs.vulkan_sweep,
+                                               is_volume ? levels_volume_vulkan : Text(levels_vulkan),
+                                               programs.vulkan_coarse_levels,
+                                               elastic_vulkan,
+                                               elastic_coarse_vulkan,
+                                               elastic_volume_vulkan,
+                                               loops_vulkan};
   return in_order_of_kernel.at(static_cast<std::size_t>(kind.kernel));
 }
 

@@ -273,11 +273,10 @@ private:
       std::visit(
           [&](const auto& one) {
             if (!one.beside) {
-              const vk::PipelineStageFlags stages =
-                  Stage::eComputeShader | Stage::eTransfer | Stage::eDrawIndirect;
+              const vk::PipelineStageFlags stages = Stage::eComputeShader | Stage::eTransfer;
               barrier(to, stages, Access::eShaderWrite | Access::eTransferWrite, stages,
                       Access::eShaderRead | Access::eShaderWrite | Access::eTransferRead |
-                          Access::eTransferWrite | Access::eIndirectCommandRead);
+                          Access::eTransferWrite);
             }
             append(to, one);
           },
@@ -299,12 +298,9 @@ private:
       to.pushConstants<std::int32_t>(*layout_, vk::ShaderStageFlagBits::eCompute, 0,
                                      vk::ArrayProxy(static_cast<std::uint32_t>(count), told.data()));
     }
-    if (dispatch.counted == nullptr) {
-      to.dispatch(static_cast<std::uint32_t>(dispatch.groups.width),
-                  static_cast<std::uint32_t>(dispatch.groups.height), 1);
-    } else {
-      to.dispatchIndirect(*of(*dispatch.counted).buffer.handle, dispatch.first_count * sizeof(std::uint32_t));
-    }
+    to.dispatch(static_cast<std::uint32_t>(dispatch.groups.width),
+                static_cast<std::uint32_t>(dispatch.groups.height),
+                static_cast<std::uint32_t>(dispatch.groups.depth));
   }
   static void append(const vk::raii::CommandBuffer& to, const Fill& fill) {
     to.fillBuffer(*of(*fill.array).buffer.handle, fill.first, fill.bytes, 0);
@@ -349,7 +345,7 @@ private:
 VulkanArray::VulkanArray(VulkanDevice& device, std::size_t count, Kind kind)
     : Array(device, count, kind), device_(device) {
   const vk::BufferUsageFlags usage = kind == Kind::words
-                                         ? Usage::eStorageBuffer | Usage::eIndirectBuffer
+                                         ? vk::BufferUsageFlags(Usage::eStorageBuffer)
                                          : Usage::eUniformTexelBuffer | Usage::eStorageTexelBuffer;
   buffer = device.make_buffer(bytes(), usage | Usage::eTransferSrc | Usage::eTransferDst, Placement::device);
   if (kind != Kind::words) {

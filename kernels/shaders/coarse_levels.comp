@@ -2,7 +2,7 @@
 #extension GL_GOOGLE_include_directive : require
 
 // The first levels of a pyramid, from the null field, in one work group: their field never leaves its shared memory, and
-// between two sweeps there is a barrier instead of a dispatch. For candidates with simultaneous updates.
+// between two sweeps there is a barrier instead of a dispatch. For candidates with simultaneous updates of images.
 
 #define real float
 #define HDM_FUNCTION
@@ -43,7 +43,8 @@ int newest = 0; // first site of the field that is read; the other one begins at
 
 vec2 displacement_at(int i) { return displacements[newest + i]; }
 vec2 material_at(int i) { return moduli[i]; }
-vec4 observation_at(int i) { return texelFetch(observation, sampled_from[i]); }
+vec2 target_at(int i) { return target_of(sampled_from[i]); }
+vec2 confidence_at(int i) { return confidence_of(sampled_from[i]); }
 #if HDM_INPUTS > 0
 vec4 inputs_at(int i) { return texelFetch(inputs, sampled_from[i]); }
 #endif
@@ -93,7 +94,7 @@ void main() {
       if (index == 0) {
         displacements[newest + site] = vec2(0.0);
       } else if (projects) {
-        displacements[most_sites - newest + site] = projected_displacement(above.x, column, row);
+        displacements[most_sites - newest + site] = projected_displacement(above, column, row, vec4(0.0));
       }
     }
     newest = projects ? most_sites - newest : newest;
@@ -105,7 +106,8 @@ void main() {
     for (int sweep = 0; sweep < sweeps && moves; ++sweep) {
       bool changes = false;
       for (int site = lane; site < sites; site += INVOCATIONS) {
-        int seen_from = sweep_tile(ivec2(site % size.x, site / size.x), 0, size, penalty, Sweep(0.0, 0.0, 0.0, 0.0));
+        ivec3 tile = ivec3(site % size.x, site / size.x, 0);
+        int seen_from = sweep_tile(tile, 0, ivec3(size, 1), penalty, Sweep(0.0, 0.0, 0.0, 0.0));
         changes = changes || seen_from != 0;
       }
       if (stops_at_rest) {

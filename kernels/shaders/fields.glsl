@@ -20,9 +20,19 @@
 #endif
 #endif
 
-layout(binding = 0, rg32f) uniform restrict imageBuffer improved;
+#include "axes.glsl"
+
+layout(binding = 0, TEXELS) uniform restrict imageBuffer improved;
 layout(binding = 7) uniform samplerBuffer displacement;
 layout(binding = 8) uniform samplerBuffer material;    // modulus, 1 / modulus
-layout(binding = 9) uniform samplerBuffer observation; // target x, y, confidence x, y
+layout(binding = 9) uniform samplerBuffer observation; // target and confidence: of a volume a texel each
 layout(binding = 11) uniform samplerBuffer entries;    // backends/session/level_arrays.hpp
 layout(binding = 12) uniform samplerBuffer inputs;     // the energy's own, of all levels one after the other
+
+#if HDM_AXES > 2
+Vector target_of(int i) { return texelFetch(observation, 2 * i).xyz; }
+Vector confidence_of(int i) { return texelFetch(observation, 2 * i + 1).xyz; }
+#else
+Vector target_of(int i) { return texelFetch(observation, i).xy; }
+Vector confidence_of(int i) { return texelFetch(observation, i).zw; }
+#endif

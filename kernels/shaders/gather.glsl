@@ -22,10 +22,10 @@ POSITION neighbour(POSITION centre, POSITION offset, POSITION size) {
 
 Seen seen_at(POSITION p) {
   Seen seen;
-  seen.displacement = displacement_at(p);
-  seen.material = vec2(inverse_modulus_at(p));
+  seen.here.displacement = displacement_at(p);
+  seen.here.material = vec2(inverse_modulus_at(p));
 #if HDM_INPUTS > 0
-  seen.inputs = inputs_at(p);
+  seen.here.inputs = inputs_at(p);
 #endif
   return seen;
 }

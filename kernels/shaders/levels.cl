@@ -1,4 +1,4 @@
-// What is done once to every site of a level, a group per row. The entries are backends/session/level_arrays.hpp's.
+// What is done once to every site of a level, a group per row of a slice. The entries are backends/session/level_arrays.hpp's.
 
 #include "language.cl"
 #include "level_passes.h"
@@ -7,56 +7,68 @@
 // As sweep.cl has them, of the level and of what is read.
 typedef struct {
   int width;
+  int height;
   uint origin;
   uint plane;
   int from_width;
+  int from_height;
   uint from_origin;
   uint from_plane;
   int first_column; // of the level's entries
-  int first_row;
 } LevelPass;
+
+// What is read of a coarse plane by column, between two rows of a slice.
+HDM_FUNCTION real between_rows(global const float* plane, int slice, float4 column, float4 row, LevelPass p) {
+  global const float* north = plane + ((size_t)slice * p.from_height + (size_t)row.x) * p.from_width;
+  global const float* south = plane + ((size_t)slice * p.from_height + (size_t)row.y) * p.from_width;
+  int west = (int)column.x;
+  int east = (int)column.y;
+  return projected(north[west], north[east], south[west], south[east], column.z, row.z);
+}
 
 kernel void level_pass(global const float* displacement, global float* improved, global const float* material,
                        global const float* observation, global float* sampled_material,
                        global float* sampled_observation, global const float4* entries, global uint* changed,
                        LevelPass p) {
-  int y = get_group_id(0);
-  size_t start = (size_t)p.origin + (size_t)y * (size_t)p.width;
+  int y = get_group_id(0) % p.height;
+  int z = get_group_id(0) / p.height;
+  size_t start = (size_t)p.origin + (size_t)get_group_id(0) * (size_t)p.width;
 #if PASS == LEVEL_COUNT
   uint differing = 0;
   for (int x = get_local_id(0); x < p.width; x += get_local_size(0)) {
-    size_t site = start + (size_t)x;
-    differing += (displacement[site] != improved[site]) | (displacement[p.plane + site] != improved[p.plane + site]);
+    int differs = 0;
+    for (int axis = 0; axis < HDM_AXES; ++axis) {
+      size_t site = axis * (size_t)p.plane + start + (size_t)x;
+      differs |= displacement[site] != improved[site];
+    }
+    differing += differs;
   }
   if (differing > 0) {
     atomic_add(changed, differing);
   }
-#elif PASS == LEVEL_SAMPLE
-  size_t row = (size_t)p.from_origin + (size_t)entries[p.first_row + y].w * (size_t)p.from_width;
+#else
+  float4 row = entries[p.first_column + p.width + y];
+  float4 slice = entries[p.first_column + p.width + p.height + z];
   for (int x = get_local_id(0); x < p.width; x += get_local_size(0)) {
-    size_t from = row + (size_t)entries[p.first_column + x].w;
+    float4 column = entries[p.first_column + x];
     size_t to = start + (size_t)x;
+#if PASS == LEVEL_SAMPLE
+    size_t from = (size_t)p.from_origin + (size_t)column.w +
+                  ((size_t)slice.w * (size_t)p.from_height + (size_t)row.w) * (size_t)p.from_width;
     for (int number = 0; number < 2; ++number) {
       sampled_material[number * (size_t)p.plane + to] = material[number * (size_t)p.from_plane + from];
     }
-    for (int number = 0; number < 4; ++number) {
+    for (int number = 0; number < 2 * HDM_AXES; ++number) {
       sampled_observation[number * (size_t)p.plane + to] = observation[number * (size_t)p.from_plane + from];
     }
-  }
 #else
-  float4 row = entries[p.first_row + y];
-  size_t first_row = (size_t)p.from_origin + (size_t)row.x * (size_t)p.from_width;
-  size_t second_row = (size_t)p.from_origin + (size_t)row.y * (size_t)p.from_width;
-  for (int number = 0; number < 2; ++number) {
-    global const float* north = displacement + number * (size_t)p.from_plane + first_row;
-    global const float* south = displacement + number * (size_t)p.from_plane + second_row;
-    global float* to = improved + number * (size_t)p.plane + start;
-    for (int x = get_local_id(0); x < p.width; x += get_local_size(0)) {
-      float4 column = entries[p.first_column + x];
-      int west = (int)column.x;
-      int east = (int)column.y;
-      to[x] = projected(north[west], north[east], south[west], south[east], column.z, row.z);
+    for (int axis = 0; axis < HDM_AXES; ++axis) {
+      global const float* plane = displacement + p.from_origin + axis * (size_t)p.from_plane;
+      real near = between_rows(plane, (int)slice.x, column, row, p);
+      improved[axis * (size_t)p.plane + to] =
+          HDM_AXES > 2 ? interpolated(near, between_rows(plane, (int)slice.y, column, row, p), slice.z) : near;
     }
+#endif
   }
 #endif
 }

@@ -22,36 +22,38 @@ layout(binding = 1, rg32f) uniform restrict writeonly imageBuffer sampled_materi
 layout(binding = 2, rgba32f) uniform restrict writeonly imageBuffer sampled_observation;
 layout(binding = 4, std430) buffer Counter { uint changed; };
 
-PARAMETERS(8) // LevelPass of backends/session/device_session.cpp, which has more for planes
+PARAMETERS(9) // LevelPass of backends/session/device_session.cpp, which has more for planes
 #define width parameters[0]
-#define from_width parameters[3]
+#define height parameters[1]
+#define from_size ivec2(parameters[4], parameters[5])
+#define first_column parameters[8]
 
-vec4 column_entry(int column) { return texelFetch(entries, parameters[6] + column); }
-vec4 row_entry(int row) { return texelFetch(entries, parameters[7] + row); }
-vec2 displacement_at(int i) { return texelFetch(displacement, i).xy; }
+Vector displacement_at(int i) { return texelFetch(displacement, i).COMPONENTS; }
 
 #include "projection.glsl"
 
 void main() {
-  ivec2 site = ivec2(gl_GlobalInvocationID.xy);
-  int to = site.y * width + site.x;
+  ivec3 site = ivec3(gl_GlobalInvocationID);
+  int to = (site.z * height + site.y) * width + site.x;
   if (site.x >= width) {
     return;
   }
   if (pass == LEVEL_COUNT) {
-    if (displacement_at(to) != imageLoad(improved, to).xy) {
+    if (displacement_at(to) != imageLoad(improved, to).COMPONENTS) {
       atomicAdd(changed, 1u);
     }
     return;
   }
-  vec4 column = column_entry(site.x);
-  vec4 row = row_entry(site.y);
+  vec4 column = texelFetch(entries, first_column + site.x);
+  vec4 row = texelFetch(entries, first_column + width + site.y);
+  vec4 slice = texelFetch(entries, first_column + width + height + site.z);
   if (pass == LEVEL_SAMPLE) {
-    int from = int(row.w) * from_width + int(column.w);
+    int from = (int(slice.w) * from_size.y + int(row.w)) * from_size.x + int(column.w);
     imageStore(sampled_material, to, texelFetch(material, from));
-    imageStore(sampled_observation, to, texelFetch(observation, from));
+    for (int i = 0; i < HDM_AXES - 1; ++i) {
+      imageStore(sampled_observation, (HDM_AXES - 1) * to + i, texelFetch(observation, (HDM_AXES - 1) * from + i));
+    }
   } else {
-    vec2 between = projected_displacement(from_width, column, row);
-    imageStore(improved, to, vec4(between, 0.0, 0.0));
+    imageStore(improved, to, vec4(projected_displacement(from_size, column, row, slice), REST));
   }
 }

@@ -1,17 +1,33 @@
-// What a site needs of itself and of the eight sites around it, for every shading language.
+// What a site needs of itself and of the sites around it, for every shading language.
 
-struct Seen {
-  vec2 displacement;
+#include "axes.glsl"
+
+struct SeenSite {
+  Vector displacement;
   vec2 material; // modulus, 1 / modulus
 #if HDM_INPUTS > 0
   vec4 inputs; // the energy's own
 #endif
 };
 
-#define AROUND(of) Neighbours(nw.of, n.of, ne.of, w.of, c.of, e.of, sw.of, s.of, se.of)
+// What is seen at a column and a row: a site, and in a volume those before and behind it, too.
+struct Seen {
+  SeenSite here;
+#if HDM_AXES > 2
+  SeenSite near;
+  SeenSite far;
+#endif
+};
 
-Site site_of(Seen nw, Seen n, Seen ne, Seen w, Seen c, Seen e, Seen sw, Seen s, Seen se, real modulus, vec2 target,
-             vec2 confidence, vec2 inverse_curvature, real penalty) {
+#define NINE(at, of) nw.at.of, n.at.of, ne.at.of, w.at.of, c.at.of, e.at.of, sw.at.of, s.at.of, se.at.of
+#if HDM_AXES > 2
+#define AROUND(of) Neighbours(NINE(here, of), Plane(NINE(near, of)), Plane(NINE(far, of)))
+#else
+#define AROUND(of) Neighbours(NINE(here, of))
+#endif
+
+Site site_of(Seen nw, Seen n, Seen ne, Seen w, Seen c, Seen e, Seen sw, Seen s, Seen se, real modulus, Vector target,
+             Vector confidence, Vector inverse_curvature, real penalty) {
   Site site;
   site.dx = AROUND(displacement.x);
   site.dy = AROUND(displacement.y);
@@ -24,6 +40,12 @@ Site site_of(Seen nw, Seen n, Seen ne, Seen w, Seen c, Seen e, Seen sw, Seen s, 
   site.penalty = penalty;
   site.inverse_curvature_x = inverse_curvature.x;
   site.inverse_curvature_y = inverse_curvature.y;
+#if HDM_AXES > 2
+  site.dz = AROUND(displacement.z);
+  site.target_z = target.z;
+  site.confidence_z = confidence.z;
+  site.inverse_curvature_z = inverse_curvature.z;
+#endif
 #if HDM_INPUTS > 0
   site.first_input = AROUND(inputs.x);
 #endif

@@ -20,7 +20,7 @@ const int rule = RULE; // this and the next two are supplied after #version
 const int colours = COLOURS;
 const int step_count = STEP_COUNT;
 
-// Tiles of the image of which more is known (tile_class.inc) are drawn with a constant defined for
+// Tiles of the image of which more is known (backends/shared/tiles.hpp) are drawn with a constant defined for
 // it, and fetch less: INTERIOR (gather.glsl, not border), HOMOGENEOUS (not elastic), UNOBSERVED (not observed).
 #ifdef UNOBSERVED
 const bool observed = false;

@@ -1,16 +1,16 @@
-// One sweep of one tile, TILE_WIDTH x TILE_HEIGHT sites: every invocation computes COLUMNS sites side by side from the
+// One sweep of one tile, TILE_WIDTH x TILE_HEIGHT sites of a slice: every invocation computes COLUMNS sites side by side from the
 // first row of the tile to the last, and fetches each row once. The includer supplies, after the energy and update.inc,
 //
-//   TILE_WIDTH, TILE_HEIGHT, COLUMNS  constants, COLUMNS 1, 2 or 4; a tile takes TILE_WIDTH / COLUMNS invocations
+//   TILE_WIDTH, TILE_HEIGHT, COLUMNS  constants, COLUMNS 1 or 2; a tile takes TILE_WIDTH / COLUMNS invocations
 //   WINDOW                            COLUMNS + 2 or more: the sites of a row that an invocation sees
-//   border, observed, elastic         constant bools, the class of the tile (tile_class.inc): whether it reaches
+//   border, observed, elastic         constant bools, the class of the tile: whether it reaches
 //                                     the border of the image, whether a site in it has confidence, whether a ratio of
 //                                     moduli in it is not 1
 //   rule, colours, step_count, steps  constants, as update.inc has them
-//   displacement_at(i)                vec2: dx, dy of site i = y * width + x
+//   displacement_at(i)                Vector of site i = (z * height + y) * width + x
 //   material_at(i)                    vec2: modulus, 1 / modulus; only where elastic
-//   observation_at(i)                 vec4: target x, y, confidence x, y; only where observed
-//   inverse_curvature_at(i)           vec2; only where the rule is not rule_steps
+//   target_at(i), confidence_at(i)    Vectors; only where observed
+//   inverse_curvature_at(i)           Vector; only where the rule is not rule_steps
 //   inputs_at(i)                      vec4: the energy's own; only where HDM_INPUTS is above 0
 //   store(i, displacement)
 //
@@ -23,8 +23,8 @@ const int seen_here = 16;
 
 #include "seen.glsl"
 
-Seen seen_at(int index) {
-  Seen seen;
+SeenSite seen_site(int index) {
+  SeenSite seen;
   seen.displacement = displacement_at(index);
   seen.material = elastic ? material_at(index) : vec2(1.0);
 #if HDM_INPUTS > 0
@@ -33,9 +33,24 @@ Seen seen_at(int index) {
   return seen;
 }
 
-// The neighbour, or the centre where the neighbour is outside (thesis 6.2.6).
-Seen neighbour_or(Seen centre, bool outside, Seen neighbour) {
+#if HDM_AXES > 2
+int to_near = 0; // from a site of the tile to those before and behind it; 0 where they are outside
+int to_far = 0;
+#endif
+
+Seen seen_at(int index) {
   Seen seen;
+  seen.here = seen_site(index);
+#if HDM_AXES > 2
+  seen.near = seen_site(index + to_near);
+  seen.far = seen_site(index + to_far);
+#endif
+  return seen;
+}
+
+// The neighbour, or the centre where the neighbour is outside (thesis 6.2.6).
+SeenSite site_or(SeenSite centre, bool outside, SeenSite neighbour) {
+  SeenSite seen;
   seen.displacement = border && outside ? centre.displacement : neighbour.displacement;
   seen.material = border && outside ? centre.material : neighbour.material;
 #if HDM_INPUTS > 0
@@ -43,18 +58,28 @@ Seen neighbour_or(Seen centre, bool outside, Seen neighbour) {
 #endif
   return seen;
 }
+Seen neighbour_or(Seen centre, bool outside, Seen neighbour) {
+  Seen seen;
+  seen.here = site_or(centre.here, outside, neighbour.here);
+#if HDM_AXES > 2
+  seen.near = site_or(centre.here, outside || to_near == 0, neighbour.near);
+  seen.far = site_or(centre.here, outside || to_far == 0, neighbour.far);
+#endif
+  return seen;
+}
 
-// Sweeps site (left + k, y); true where its displacement changed. The three rows are those of the window, sites left - 1
-// ... left + COLUMNS; start is the index of the row's first site.
-bool sweep_site(int k, int left, int y, int start, ivec2 size, Seen north[WINDOW], Seen middle[WINDOW],
+// Sweeps site first + (k, 0, 0); true where its displacement changed. The three rows are those of the window, sites
+// first.x - 1 ... first.x + COLUMNS; start is the index of the row's first site.
+bool sweep_site(int k, ivec3 first, int start, ivec3 size, Seen north[WINDOW], Seen middle[WINDOW],
                 Seen south[WINDOW], real penalty, Sweep sweep) {
-  int x = left + k;
+  int x = first.x + k;
+  int y = first.y;
   bool inside = !border || x < size.x;
   bool no_west = x == 0;
   bool no_east = x == size.x - 1;
   bool no_north = y == 0;
   bool no_south = y == size.y - 1;
-  Seen c = middle[k + 1];
+  Seen c = neighbour_or(middle[k + 1], false, middle[k + 1]);
   Seen nw = neighbour_or(c, no_north || no_west, north[k]);
   Seen n = neighbour_or(c, no_north, north[k + 1]);
   Seen ne = neighbour_or(c, no_north || no_east, north[k + 2]);
@@ -65,20 +90,20 @@ bool sweep_site(int k, int left, int y, int start, ivec2 size, Seen north[WINDOW
   Seen se = neighbour_or(c, no_south || no_east, south[k + 2]);
 
   int index = start + (inside ? x : 0);
-  vec4 observation = observed ? observation_at(index) : vec4(0.0);
-  vec2 inverse_curvature = rule == rule_steps ? vec2(0.0) : inverse_curvature_at(index);
-  Site site = site_of(nw, n, ne, w, c, e, sw, s, se, c.material.x, observation.xy, observation.zw, inverse_curvature,
-                      penalty);
-  Displacement next = swept_displacement(rule, colours, observed, site, Position(float(x), float(y)), sweep, steps,
-                                         step_count);
+  Vector target = observed ? target_at(index) : Vector(0.0);
+  Vector confidence = observed ? confidence_at(index) : Vector(0.0);
+  Vector inverse_curvature = rule == rule_steps ? Vector(0.0) : inverse_curvature_at(index);
+  Site site = site_of(nw, n, ne, w, c, e, sw, s, se, c.here.material.x, target, confidence, inverse_curvature, penalty);
+  Position at = Position(float(x), float(y) AND_Z(float(first.z)));
+  Displacement next = swept_displacement(rule, colours, observed, site, at, sweep, steps, step_count);
   if (inside) {
     store(start + x, next);
   }
-  return inside && (next.x != c.displacement.x || next.y != c.displacement.y);
+  return inside && Vector(next.x, next.y AND_Z(next.z)) != c.here.displacement;
 }
 
-// `tile` counts tiles from the top left, `lane` is 0 ... TILE_WIDTH / COLUMNS - 1. Returns which tiles see a change.
-int sweep_tile(ivec2 tile, int lane, ivec2 size, real penalty, Sweep sweep) {
+// `tile` counts tiles from the top left of the first slice, `lane` is 0 ... TILE_WIDTH / COLUMNS - 1. Returns which tiles see a change.
+int sweep_tile(ivec3 tile, int lane, ivec3 size, real penalty, Sweep sweep) {
   int left = tile.x * TILE_WIDTH + lane * COLUMNS;
   int top = tile.y * TILE_HEIGHT;
   int rows = border ? min(TILE_HEIGHT, size.y - top) : TILE_HEIGHT;
@@ -91,8 +116,13 @@ int sweep_tile(ivec2 tile, int lane, ivec2 size, real penalty, Sweep sweep) {
   Seen north[WINDOW];
   Seen middle[WINDOW];
   Seen south[WINDOW];
-  int above = (border ? max(top - 1, 0) : top - 1) * size.x;
-  int start = top * size.x; // index of the row's first site
+  int slice = size.x * size.y;
+  int above = tile.z * slice + (border ? max(top - 1, 0) : top - 1) * size.x;
+  int start = tile.z * slice + top * size.x; // index of the row's first site
+#if HDM_AXES > 2
+  to_near = border && tile.z == 0 ? 0 : -slice;
+  to_far = border && tile.z == size.z - 1 ? 0 : slice;
+#endif
   for (int k = 0; k < COLUMNS + 2; ++k) {
     north[k] = seen_at(above + column[k]);
     middle[k] = seen_at(start + column[k]);
@@ -100,23 +130,17 @@ int sweep_tile(ivec2 tile, int lane, ivec2 size, real penalty, Sweep sweep) {
 
   int seen_from = 0;
   for (int i = 0; i < rows; ++i) {
-    int y = top + i;
-    int below = start + (border && y == size.y - 1 ? 0 : size.x);
+    ivec3 first = ivec3(left, top + i, tile.z);
+    int below = start + (border && first.y == size.y - 1 ? 0 : size.x);
     for (int k = 0; k < COLUMNS + 2; ++k) {
       south[k] = seen_at(below + column[k]);
     }
-    // Not a loop: compilers leave one of this length as it is, with the window in memory.
-    bool first_changed = sweep_site(0, left, y, start, size, north, middle, south, penalty, sweep);
+    // Not a loop: compilers leave one as it is, with the window in memory.
+    bool first_changed = sweep_site(0, first, start, size, north, middle, south, penalty, sweep);
     bool last_changed = first_changed;
     bool row_changed = first_changed;
     if (COLUMNS > 1) {
-      last_changed = sweep_site(1, left, y, start, size, north, middle, south, penalty, sweep);
-      row_changed = row_changed || last_changed;
-    }
-    if (COLUMNS > 2) {
-      last_changed = sweep_site(2, left, y, start, size, north, middle, south, penalty, sweep);
-      row_changed = row_changed || last_changed;
-      last_changed = sweep_site(3, left, y, start, size, north, middle, south, penalty, sweep);
+      last_changed = sweep_site(1, first, start, size, north, middle, south, penalty, sweep);
       row_changed = row_changed || last_changed;
     }
     // The row's bits of the tiles above, here and below; one to the left and one to the right for those beside.
