@@ -173,7 +173,6 @@ TEST(Certificate, HoldsForAClosedFormThatIsUndecidedBetweenItsBranches) {
   }
 }
 
-
 TEST(Verify, MistrustsASceneThatIsDeclaredExactAndIsNot) {
   for (const Extent extent : {Extent{72, 60}, Extent{18, 15, 11}}) {
     for (const Texture texture : {Texture::tie_rich, Texture::dyadic}) {
@@ -200,8 +199,7 @@ TEST(Verify, CertifiesFusedVolumesAndNothingElse) {
     const auto fused = faults::make_fused();
     bool is_certified = false;
     for (const Comparison& comparison : test::verified(scene, *fused)) {
-      EXPECT_THAT(comparison.verdict,
-                  testing::AnyOf(Verdict::agree, Verdict::certified, Verdict::skipped))
+      EXPECT_THAT(comparison.verdict, testing::AnyOf(Verdict::agree, Verdict::certified, Verdict::skipped))
           << method << ", " << name_of(comparison.mode) << ": " << comparison.reason;
       is_certified = is_certified || comparison.verdict == Verdict::certified;
     }
@@ -230,8 +228,7 @@ double largest_share(Extent extent, Texture texture, std::uint64_t seed) {
   const auto [level, field] = test::random_problem(extent, texture, seed);
   const ThesisEnergy energy(level, field);
   const auto rounded = [](float inverse) {
-    return bounded::real(inverse,
-                         bounded::unit_roundoff * static_cast<double>(inverse) * bounded::inflation);
+    return bounded::real(inverse, bounded::unit_roundoff * static_cast<double>(inverse) * bounded::inflation);
   };
   double largest = 0.0;
   for_each_site(extent, [&, &level = level, &field = field](int x, int y, int z) {

@@ -105,7 +105,8 @@ TEST(CoupledEnergy, FusedOperationsAreCertifiedAndWrongAnswersAreNot) {
   test::Problem problem = test::random_problem({9, 9}, test::Texture::smooth, 77, {}, Rule::closed_form);
   test::couple(problem.level);
   for (int x = 1; x < 8; ++x) {
-    const SiteAnswer right = proofs_of(problem.level).specified_answer(problem.level, problem.start, 0, x, 4, 0);
+    const SiteAnswer right =
+        proofs_of(problem.level).specified_answer(problem.level, problem.start, 0, x, 4, 0);
     if (problem.level.confidence[1][problem.level.extent.index(x, 4)] > 0.0F) {
       continue;
     }
@@ -124,7 +125,7 @@ TEST(CoupledEnergy, FusedOperationsAreCertifiedAndWrongAnswersAreNot) {
 faults::DeviceFault in_text(std::string name, std::string find, std::string replace) {
   return {.name = std::move(name),
           .what = "in the text of the coupled energy",
-          .edits = {{.find = std::move(find), .replace = std::move(replace)}}};
+          .edits = {{std::move(find), std::move(replace)}}};
 }
 
 TEST(CoupledEnergy, FaultsInItsTextAreCaught) {

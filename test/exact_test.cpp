@@ -63,8 +63,8 @@ INSTANTIATE_TEST_SUITE_P(Shipped, ExactScene,
                          [](const auto& parameter) { return parameter.param.substr(6); });
 
 TEST(Exactness, IsAPropertyOfTheDyadicTexture) {
-  constexpr std::array extents{Extent{1, 1},  Extent{1, 9},   Extent{13, 1},   Extent{2, 2},
-                               Extent{5, 8},  Extent{17, 3},  Extent{24, 19},  Extent{2, 2, 2},
+  constexpr std::array extents{Extent{1, 1},    Extent{1, 9},   Extent{13, 1},  Extent{2, 2},
+                               Extent{5, 8},    Extent{17, 3},  Extent{24, 19}, Extent{2, 2, 2},
                                Extent{3, 5, 7}, Extent{9, 4, 3}};
   for (std::uint64_t seed = 0; seed < 300; ++seed) {
     const Update update = test::simultaneous_and_coloured[seed % 3];

@@ -35,21 +35,22 @@ struct InexactOperation {
 };
 
 /// What is known of an energy's arithmetic beyond its bits: energy_proofs.cpp compiles the energy with other
-/// scalars, for images (z = 0) and volumes. `number` counts the sweeps since the level was loaded, `before` has the extent of the level.
+/// scalars, for images (z = 0) and volumes. `number` counts the sweeps since the level was loaded, `before`
+/// has the extent of the level.
 struct EnergyProofs {
   /// The specification's answer to (x, y, z) of `before` in sweep `number`: what scalar computes.
   SiteAnswer (*specified_answer)(const Level& level, const VectorField& before, int number, int x, int y,
                                  int z);
 
   /// The same of a device that fuses every product into the sum that follows.
-  SiteAnswer (*fused_answer)(const Level& level, const VectorField& before, int number, int x, int y,
-                                 int z);
+  SiteAnswer (*fused_answer)(const Level& level, const VectorField& before, int number, int x, int y, int z);
 
-  /// Judges `found`, which a device made of site (x, y, z) of `before` in sweep `number`. Without fault a device
-  /// computes each candidate's energy change to within its bound, so what it chose cannot be dearer than any
-  /// other candidate by more than both bounds; the minimiser of closed form cannot be farther from the exact
-  /// one than its bound. Where all arithmetic at the site is exact the bounds are 0, and only the specified
-  /// answer holds, ties included. Annealing is a random walk: its answers agree to the bit or not at all.
+  /// Judges `found`, which a device made of site (x, y, z) of `before` in sweep `number`. Without fault a
+  /// device computes each candidate's energy change to within its bound, so what it chose cannot be dearer
+  /// than any other candidate by more than both bounds; the minimiser of closed form cannot be farther from
+  /// the exact one than its bound. Where all arithmetic at the site is exact the bounds are 0, and only the
+  /// specified answer holds, ties included. Annealing is a random walk: its answers agree to the bit or not
+  /// at all.
   Certificate (*certify)(const Level& level, const VectorField& before, int number, int x, int y, int z,
                          const SiteAnswer& found);
 
@@ -60,9 +61,9 @@ struct EnergyProofs {
   /// numbers. The scalar that proves it is proven_real.hpp. Comparisons are judged as the sign of a
   /// difference, as the hardware of the thesis compares. 1 / m, which the host rounds, must be exact.
   ///
-  /// Only Rule::steps can be exact: closed form needs 1 / A, and in an image no A, a sum of six squares of 1 + 2^k with k
-  /// from -5 to 5, is a power of two; the random numbers of annealing are multiples of 1 / 4093. The level's
-  /// update is not sequential (its sites see others that have moved).
+  /// Only Rule::steps can be exact: closed form needs 1 / A, and in an image no A, a sum of six squares of 1
+  /// + 2^k with k from -5 to 5, is a power of two; the random numbers of annealing are multiples of 1 / 4093.
+  /// The level's update is not sequential (its sites see others that have moved).
   std::optional<InexactOperation> (*first_inexact)(const Level& level, const VectorField& before, int number);
 };
 

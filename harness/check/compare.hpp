@@ -47,8 +47,8 @@ inline void set_site(VectorField& field, std::size_t site, const std::array<floa
 /// The length of the longest vector; 0 for an empty field.
 [[nodiscard]] double largest_magnitude(const VectorField& field);
 
-/// How much of a level Work::active may leave out, were its tiles 16 sites a side: in a sweep, a tile in which, and
-/// next to which, no site changed in the sweep before. Backends may have other tiles.
+/// How much of a level Work::active may leave out, were its tiles 16 sites a side: in a sweep, a tile in
+/// which, and next to which, no site changed in the sweep before. Backends may have other tiles.
 class RestingTiles {
 public:
   /// Before the first sweep over a level none is at rest.

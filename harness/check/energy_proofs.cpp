@@ -183,10 +183,10 @@ Certificate certificate(const Level& level, const VectorField& before, int numbe
                                   site.penalty * site.*of.confidence,
                                   site.*of.inverse_curvature};
         const bool moves = InFloat::of_axis[axis].moves(colours, InFloat::position_of(x, y, z), turn);
-        largest = std::max(
-            largest, moves     ? judge(level, component, turn.strength, before[axis][at], found[axis])
-                     : differs ? never
-                               : 0.0);
+        largest =
+            std::max(largest, moves ? judge(level, component, turn.strength, before[axis][at], found[axis])
+                              : differs ? never
+                                        : 0.0);
       }
       is_other = is_other || differs;
       ways[axis] = step_to(level, before[axis][at], found[axis]);

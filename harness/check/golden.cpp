@@ -257,7 +257,8 @@ GoldenOutcome GoldenSolver::solve(const Scene& scene, Progress& progress) {
   if (!outcome.reason.empty()) {
     return outcome;
   }
-  progress.describe(fmt::format("golden {}, {}, {} on {}", scene.name, scene.extent().text(), scene.schedule.method, outcome.backend));
+  progress.describe(fmt::format("golden {}, {}, {} on {}", scene.name, scene.extent().text(),
+                                scene.schedule.method, outcome.backend));
   outcome.verdict = Verdict::agree;
   const auto doubt = [&](std::string reason) {
     outcome.is_sound = false;

@@ -54,93 +54,78 @@ private:
   std::mt19937_64 engine_{3};
 };
 
-/// `make` gives each case and what it can come to.
-Question of_operation(ProbeRow row, int cases,
-                      const std::function<std::pair<ArithmeticCase, Answers>(Numbers&)>& make) {
-  Question question{.row = std::move(row)};
-  Numbers draw;
+constexpr int many = 256; // cases
+
+/// What is asked of an operation: its name, both answers in words, and a function that draws a case of it and
+/// what it can come to.
+Question of_operation(std::string text, std::string as_specified, std::string otherwise, int cases,
+                      const std::function<std::pair<ArithmeticCase, Answers>(Numbers&)>& draw) {
+  Question question{.row = {.question = std::move(text),
+                            .as_specified = std::move(as_specified),
+                            .otherwise = std::move(otherwise),
+                            .agreement_needs_it = false}};
+  Numbers numbers;
   for (int i = 0; i < cases; ++i) {
-    const auto [one, its] = make(draw);
+    const auto [one, its] = draw(numbers);
     question.cases.push_back(one);
     question.answers.push_back(its);
   }
   return question;
 }
 
-constexpr int many = 256; // cases
-
 /// What is subtracted is the rounded product: 0, or what rounding took away from it.
-Question fusing(std::string text, Operation operation, bool agreement_needs_it) {
-  return of_operation(
-      {.question = std::move(text),
-       .as_specified = "rounded twice",
-       .otherwise = "fused",
-       .agreement_needs_it = agreement_needs_it},
-      many, [=](Numbers& draw) {
-        const float a = draw.significand();
-        const float b = draw.significand();
-        const float product = a * b;
-        return std::pair{arithmetic_case(operation, a, b, -product), Answers{0.0F, std::fma(a, b, -product)}};
-      });
+Question fusing(std::string text, Operation operation) {
+  return of_operation(std::move(text), "rounded twice", "fused", many, [=](Numbers& draw) {
+    const float a = draw.significand();
+    const float b = draw.significand();
+    const float product = a * b;
+    return std::pair{arithmetic_case(operation, a, b, -product), Answers{0.0F, std::fma(a, b, -product)}};
+  });
 }
 
 Question reordering(std::string text, Operation operation) {
-  return of_operation(
-      {.question = std::move(text),
-       .as_specified = "in this order",
-       .otherwise = "(a * b + e) + c * d",
-       .agreement_needs_it = false},
-      many, [=](Numbers& draw) {
-        const float a = draw.significand();
-        const float b = draw.significand();
-        const float c = 0.01F * draw.significand();
-        const float d = draw.significand();
-        const float first = a * b;
-        const float second = c * d;
-        const float sum = first + second;
-        return std::pair{arithmetic_case(operation, a, b, c, d, -first), Answers{sum - first, second}};
-      });
+  return of_operation(std::move(text), "in this order", "(a * b + e) + c * d", many, [=](Numbers& draw) {
+    const float a = draw.significand();
+    const float b = draw.significand();
+    const float c = 0.01F * draw.significand();
+    const float d = draw.significand();
+    const float first = a * b;
+    const float second = c * d;
+    const float sum = first + second;
+    return std::pair{arithmetic_case(operation, a, b, c, d, -first), Answers{sum - first, second}};
+  });
 }
 
 /// `exact` is the result as near as a long double has it; of two numbers of any size, or of one up to `most`.
 Question rounding(std::string text, Operation operation, long double (*exact)(long double, long double),
                   float most = 0.0F) {
   Question question =
-      of_operation({.question = std::move(text),
-                    .as_specified = "correctly rounded",
-                    .otherwise = "rounded otherwise",
-                    .agreement_needs_it = false},
-                   many, [=](Numbers& draw) {
-                     const float a =
-                         most > 0.0F ? 2.0F * most * (draw.significand() - 1.5F) : draw.of_any_size();
-                     const float b = most > 0.0F ? 0.0F : draw.of_any_size();
-                     const long double result = exact(a, b);
-                     const auto rounded = static_cast<float>(result);
-                     return std::pair{arithmetic_case(operation, a, b), Answers{rounded, rounded, result}};
-                   });
+      of_operation(std::move(text), "correctly rounded", "rounded otherwise", many, [=](Numbers& draw) {
+        const float a = most > 0.0F ? 2.0F * most * (draw.significand() - 1.5F) : draw.of_any_size();
+        const float b = most > 0.0F ? 0.0F : draw.of_any_size();
+        const long double result = exact(a, b);
+        const auto rounded = static_cast<float>(result);
+        return std::pair{arithmetic_case(operation, a, b), Answers{rounded, rounded, result}};
+      });
   question.about_rounding = true;
   return question;
 }
 
-/// One number of a kind, sixteen times with other significands where it has one: a and b of the operation,
-/// and both answers.
+/// A number of a kind, sixteen times with other significands where it has one: given the significand, a and b
+/// of the operation, and both answers.
 Question special(std::string text, std::string as_specified, std::string otherwise, Operation operation,
                  std::array<float, 4> (*make)(float significand)) {
-  return of_operation({.question = std::move(text),
-                       .as_specified = std::move(as_specified),
-                       .otherwise = std::move(otherwise),
-                       .agreement_needs_it = false},
-                      16, [=](Numbers& draw) {
-                        const auto [a, b, specified, other] = make(draw.significand());
-                        return std::pair{arithmetic_case(operation, a, b), Answers{specified, other}};
-                      });
+  return of_operation(std::move(text), std::move(as_specified), std::move(otherwise), 16, [=](Numbers& draw) {
+    const auto [a, b, specified, other] = make(draw.significand());
+    return std::pair{arithmetic_case(operation, a, b), Answers{specified, other}};
+  });
 }
 
 std::vector<Question> questions_of_operations() {
   using Numbers4 = std::array<float, 4>;
-  return {
-      fusing("a * b + c", Operation::multiply_add, false),
-      fusing("a * b + c, precise", Operation::precise_chain, true),
+  std::vector<Question> questions{
+      fusing("a * b + c", Operation::multiply_add),
+      fusing("a * b + c, precise", Operation::precise_chain),
       reordering("(a * b + c * d) + e", Operation::sum_of_products),
       reordering("(a * b + c * d) + e, precise", Operation::precise_sum),
       rounding("a / b", Operation::divide, [](long double a, long double b) { return a / b; }),
@@ -151,18 +136,15 @@ std::vector<Question> questions_of_operations() {
           8.0F),
       special("subnormal operand", "kept", "taken for 0", Operation::multiply,
               [](float x) {
-                const float a = x * 0x1p-130F;
-                return Numbers4{a, 0x1p+30F, a * 0x1p+30F, 0.0F};
+                return Numbers4{x * 0x1p-130F, 0x1p+30F, x * 0x1p-130F * 0x1p+30F, 0.0F};
               }),
       special("subnormal result", "kept", "flushed to 0", Operation::multiply,
               [](float x) {
-                const float a = x * 0x1p-100F;
-                return Numbers4{a, 0x1p-30F, a * 0x1p-30F, 0.0F};
+                return Numbers4{x * 0x1p-100F, 0x1p-30F, x * 0x1p-100F * 0x1p-30F, 0.0F};
               }),
       special("subnormal handed on", "kept", "flushed to 0", Operation::hand_on,
               [](float x) {
-                const float a = x * 0x1p-130F;
-                return Numbers4{a, 0.0F, a, 0.0F};
+                return Numbers4{x * 0x1p-130F, 0.0F, x * 0x1p-130F, 0.0F};
               }),
       special("-0 * a", "-0", "+0", Operation::multiply,
               [](float x) {
@@ -183,6 +165,8 @@ std::vector<Question> questions_of_operations() {
       special("a loop of 100,000 turns", "all of them", "left after 65,535", Operation::turns, [](float) {
         return Numbers4{100'000.0F, 1.0F, 100'000.0F, 65'535.0F};
       })};
+  questions[1].row.agreement_needs_it = true; // the specification's chains are such
+  return questions;
 }
 
 /// Any NaN is like another. -0 is 0 in a sweep, as everywhere else, but not where an operation is asked for:

@@ -17,8 +17,6 @@
 /// in a small program of its own in the backend's language (kernels/specification/probe.inc).
 namespace hdmbench {
 
-class Fields;
-
 /// How a device answered a question.
 enum class ProbeAnswer {
   as_specified, ///< every telling component has scalar's value

@@ -88,8 +88,7 @@ inline real floor(real a) {
 /// That the host's inverse is the quotient itself.
 inline void require_exact_inverse(float modulus, float inverse) {
   if (static_cast<double>(modulus) * static_cast<double>(inverse) != 1.0) {
-    throw InexactOperation{
-        '/', 1.0F, modulus, std::abs(static_cast<double>(inverse)), lowest_bit(inverse)};
+    throw InexactOperation{'/', 1.0F, modulus, std::abs(static_cast<double>(inverse)), lowest_bit(inverse)};
   }
 }
 

@@ -80,10 +80,9 @@ struct Follower {
     if (!as_reference) {
       judge_step(comparison, drifted ? specified(step, before) : step.after, field, step.place,
                  [&](int x, int y, int z) {
-                   Certificate certificate =
-                       proofs_of(step.level)
-                           .certify(step.level, before, step.number, x, y, z,
-                                    site_of(field, field.extent.index(x, y, z)));
+                   Certificate certificate = proofs_of(step.level)
+                                                 .certify(step.level, before, step.number, x, y, z,
+                                                          site_of(field, field.extent.index(x, y, z)));
                    certificate.holds = certificate.holds && !exact; // there is no rounding to explain it
                    return certificate;
                  });

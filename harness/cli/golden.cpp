@@ -14,8 +14,9 @@ struct Arguments : CommonArguments {
 
   /// Scenes as the user's own files have them, and not the shipped ones with few iterations.
   [[nodiscard]] bool has_own_scenes() const {
-    const std::vector<std::string> shipped = shipped_scenes();
-    return !std::ranges::all_of(scenes, [&](const std::string& scene) { return contains(shipped, scene); });
+    const std::vector<Case> known = golden_cases();
+    return !std::ranges::all_of(
+        scenes, [&](const std::string& scene) { return contains(known, scene, &Case::scene); });
   }
 };
 

@@ -3,22 +3,29 @@
 #include "backends/gl/compute.hpp"
 #include "backends/gl/context.hpp"
 #include "backends/gl/fragment.hpp"
+#include "harness/scene/row_fields.hpp"
 
 #include <fmt/format.h>
-#include <fmt/ranges.h>
 #include <mutations_text.hpp>
 
 #include <algorithm>
 #include <array>
 #include <limits>
 #include <memory>
-#include <stdexcept>
 #include <string_view>
 #include <tuple>
 #include <type_traits>
 #include <utility>
 
 namespace hdmbench::faults {
+
+NLOHMANN_JSON_SERIALIZE_ENUM(Part, {{Part::sweep, "sweep"},
+                                    {Part::levels, "levels"},
+                                    {Part::coarse_levels, "coarse levels"},
+                                    {Part::sleep, "sleep"}})
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(CallEdit, function, first, argument, times, plus)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(DeviceFault, name, what, method, axes, part, is_control,
+                                                shader, edits, calls, is_guarded)
 
 namespace {
 
@@ -89,8 +96,8 @@ private:
   std::shared_ptr<PlantingRecord> record_;
 };
 
-std::string_view backend_name(Pipeline pipeline) {
-  return pipeline == Pipeline::fragment ? "gl-fragment" : "gl-compute";
+std::string word_for(Pipeline pipeline) {
+  return pipeline == Pipeline::fragment ? "fragment" : "compute";
 }
 
 /// The driver's own function in the context that is current in this thread.
@@ -103,16 +110,17 @@ Function driver_function(const char* name) {
 
 /// The text with all edits made that are meant for it.
 std::string edited(std::string text) {
-  for (const Edit& edit : current_context->fault().edits) {
-    if (text.find(edit.shader) == std::string::npos) {
-      continue;
-    }
-    const auto at = text.find(edit.find);
-    if (at == std::string::npos || text.find(edit.find, at + 1) != std::string::npos) {
-      throw NotPlanted(fmt::format("\"{}\" is {} in the shader", edit.find,
+  const DeviceFault& fault = current_context->fault();
+  if (text.find(fault.shader) == std::string::npos) {
+    return text;
+  }
+  for (const auto& [find, replace] : fault.edits) {
+    const auto at = text.find(find);
+    if (at == std::string::npos || text.find(find, at + 1) != std::string::npos) {
+      throw NotPlanted(fmt::format("\"{}\" is {} in the shader", find,
                                    at == std::string::npos ? "not" : "more than once"));
     }
-    text.replace(at, edit.find.size(), edit.replace);
+    text.replace(at, find.size(), replace);
     ++current_context->record().edits;
   }
   return text;
@@ -239,92 +247,19 @@ gl::Address replacement_of(std::string_view name, const DeviceFault& fault) {
   return is_meant && found != editable.end() ? found->by : nullptr;
 }
 
-/// The parts of `text`, which `separator` separates.
-std::vector<std::string> split(const std::string& text, std::string_view separator) {
-  std::vector<std::string> parts;
-  for (std::size_t begin = 0; begin <= text.size();) {
-    const std::size_t end = std::min(text.find(separator, begin), text.size());
-    parts.push_back(text.substr(begin, end - begin));
-    begin = end + separator.size();
-  }
-  return parts;
-}
-
-/// \n is a new line and "" nothing.
-std::string meant_by(const std::string& part) {
-  return part == "\"\"" ? "" : fmt::format("{}", fmt::join(split(part, "\\n"), "\n"));
-}
-
-/// What a line in brackets says of the mistakes below it.
-struct Section {
-  bool is_meant = false; ///< for the pipeline that is asked for
-  bool has_calls = false;
-  std::string shader; ///< that Edit::shader asks for
-  DeviceFault common; ///< without name, edits and calls
-};
-
-Part part_of(std::string_view text) {
-  constexpr std::array<std::string_view, 4> names{"sweep", "levels", "coarse levels", "sleep"}; // as Part
-  const auto found = std::ranges::find(names, text);
-  if (found == names.end()) {
-    throw std::invalid_argument(fmt::format("mutations have no part \"{}\"", text));
-  }
-  return static_cast<Part>(found - names.begin());
-}
-
-Section section_of(const std::string& line, Pipeline pipeline) {
-  const std::vector<std::string> parts = split(line.substr(1, line.size() - 2), " | ");
-  if (parts.size() != 4) {
-    throw std::invalid_argument(fmt::format("no section of mutations: {}", line));
-  }
-  const auto has = [&](std::string_view word) { return parts[0].find(word) != std::string::npos; };
-  return {.is_meant = has(pipeline == Pipeline::fragment ? "fragment" : "compute"),
-          .has_calls = parts[2] == "calls",
-          .shader = parts[3],
-          .common = {.method = meant_by(parts[1]),
-                     .axes = has("volume") ? 3U : 2U,
-                     .part = parts[2] == "calls" ? Part::sweep : part_of(parts[2]),
-                     .expected = has("control") ? Expected::let_through : Expected::disagree,
-                     .is_guarded = has("guarded")}};
-}
-
-DeviceFault fault_of(const std::string& line, const Section& section) {
-  const std::vector<std::string> parts = split(line, " | ");
-  const std::size_t columns = section.has_calls ? 5 : 2; // of a change
-  if (parts.size() < 2 || (parts.size() - 2) % columns != 0) {
-    throw std::invalid_argument(fmt::format("no line of a table of mutations: {}", line));
-  }
-  DeviceFault fault = section.common;
-  fault.name = parts[0];
-  fault.what = parts[1];
-  for (std::size_t i = 2; i < parts.size(); i += columns) {
-    if (section.has_calls) {
-      fault.calls.push_back(
-          {.function = parts[i],
-           .first = parts[i + 1] == "any" ? std::nullopt : std::optional(std::stod(parts[i + 1])),
-           .argument = std::stoi(parts[i + 2]),
-           .times = std::stod(parts[i + 3]),
-           .plus = std::stod(parts[i + 4])});
-    } else {
-      fault.edits.push_back({meant_by(parts[i]), meant_by(parts[i + 1]), section.shader});
-    }
-  }
-  return fault;
-}
-
 } // namespace
 
 std::vector<DeviceFault> device_faults(Pipeline pipeline) {
+  const auto groups = nlohmann::json::parse(sources::mutations_text, nullptr, true, true); // with comments
   std::vector<DeviceFault> faults;
-  Section section;
-  for (const std::string& line : split(std::string(sources::mutations_text), "\n")) {
-    if (line.empty() || line.front() == '#') {
-      continue;
-    }
-    if (line.front() == '[') {
-      section = section_of(line, pipeline);
-    } else if (section.is_meant) {
-      faults.push_back(fault_of(line, section));
+  for (const nlohmann::json& group : groups) {
+    const auto pipelines = group["pipelines"].get<std::vector<std::string>>();
+    if (std::ranges::find(pipelines, word_for(pipeline)) != pipelines.end()) {
+      for (const nlohmann::json& fault : group["faults"]) {
+        nlohmann::json whole = group; // what it says of all
+        whole.update(fault);
+        faults.push_back(whole.get<DeviceFault>());
+      }
     }
   }
   return faults;
@@ -334,9 +269,9 @@ Planted plant(Pipeline pipeline, const DeviceFault& fault) {
   const auto record = std::make_shared<PlantingRecord>();
   return {.name = fault.name,
           .what = fault.what,
-          .backend = std::string(backend_name(pipeline)),
+          .backend = "gl-" + word_for(pipeline),
           .layer = fault.edits.empty() ? Layer::driver : Layer::shader,
-          .expected = fault.expected,
+          .expected = fault.is_control ? Expected::let_through : Expected::disagree,
           .method = fault.method,
           .axes = fault.axes,
           .part = fault.part,
@@ -346,7 +281,7 @@ Planted plant(Pipeline pipeline, const DeviceFault& fault) {
                 auto platform = std::make_unique<FaultyPlatform>(fault, record);
                 return pipeline == Pipeline::compute
                            ? gl::make_compute(std::move(platform))
-                           : gl::make_fragment(backend_name(pipeline), "", std::move(platform));
+                           : gl::make_fragment("gl-fragment", "", std::move(platform));
               },
           .require_planted =
               [record, edits = fault.edits.size(), has_calls = !fault.calls.empty() || fault.is_guarded] {

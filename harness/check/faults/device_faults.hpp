@@ -4,20 +4,13 @@
 
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 namespace hdmbench::faults {
 
 /// The two ways to OpenGL through EGL.
 enum class Pipeline { fragment, compute };
-
-/// A piece of a shader's text and what goes to the driver in its place.
-struct Edit {
-  std::string find{};
-  std::string replace{};
-  /// Which shaders are meant: those that contain this. Preset: those of one sweep.
-  std::string shader = "const int rule = RULE;";
-};
 
 /// A number in a call of the driver that becomes `times` it plus `plus`: an argument, or, where that is a
 /// pointer, what the driver has written there.
@@ -34,10 +27,13 @@ struct DeviceFault {
   std::string name{};
   std::string what{};         ///< one line for people
   std::string method = "icm"; ///< that it concerns
-  std::size_t axes = 2; ///< of the scenes
+  std::size_t axes = 2;       ///< of the scenes
   Part part = Part::sweep;
-  Expected expected = Expected::disagree;
-  std::vector<Edit> edits{};
+  bool is_control = false; ///< no mistake: verify has to let it through
+  /// Which shaders are edited: those that contain this. Preset: those of one sweep.
+  std::string shader = "const int rule = RULE;";
+  /// Pieces of their text, and what goes to the driver in their place.
+  std::vector<std::pair<std::string, std::string>> edits{};
   std::vector<CallEdit> calls{};
   /// Buffers of texels are longer, and a field that is read is NaN where something was written behind one.
   bool is_guarded = false;
@@ -48,7 +44,7 @@ struct DeviceFault {
 /// NotPlanted; so is a call that is never made, or that is not on the list of those that can be changed.
 [[nodiscard]] Planted plant(Pipeline pipeline, const DeviceFault& fault);
 
-/// The mistakes and controls of a table, which is mutations.txt and says how it is read.
+/// The mistakes and controls of a table, which is mutations.json and says how it is read.
 [[nodiscard]] std::vector<DeviceFault> device_faults(Pipeline pipeline);
 
 } // namespace hdmbench::faults

@@ -88,8 +88,8 @@ auto in_double(int missing_rows) {
   return [missing_rows](const VectorField& a, const VectorField& b) {
     double sum = 0.0;
     for (std::size_t axis = 0; axis < a.extent.axes(); ++axis) {
-      sum = std::inner_product(a[axis].begin(), a[axis].end() - missing_rows * a.extent.width, b[axis].begin(),
-                               sum, std::plus<>(), std::multiplies<double>());
+      sum = std::inner_product(a[axis].begin(), a[axis].end() - missing_rows * a.extent.width,
+                               b[axis].begin(), sum, std::plus<>(), std::multiplies<double>());
     }
     return static_cast<float>(sum);
   };
@@ -155,7 +155,8 @@ std::vector<Fault> session_faults() {
                }),
       in_sweep("last-row-unwritten", "the last row keeps what it had",
                [](VectorField& after, const VectorField& before) {
-                 const std::size_t first = after.extent.sites() - static_cast<std::size_t>(after.extent.width);
+                 const std::size_t first =
+                     after.extent.sites() - static_cast<std::size_t>(after.extent.width);
                  keep(after, before, [=](std::size_t site) { return site >= first; });
                }),
       in_sweep("last-component-unwritten", "the component along the last axis keeps what it had",
@@ -252,8 +253,9 @@ std::vector<Fault> session_faults() {
                        each_of(response, [](float value) { return 1.01F * value; });
                      }
                    })),
-      in_hierarchy("elastic-moments-swapped", "cells have x's first moment for y's",
-                   on_coarse_levels([](ElasticLevel& level) { std::swap(level.moments[1], level.moments[2]); })),
+      in_hierarchy(
+          "elastic-moments-swapped", "cells have x's first moment for y's",
+          on_coarse_levels([](ElasticLevel& level) { std::swap(level.moments[1], level.moments[2]); })),
       in_hierarchy("elastic-moment-sign",
                    "a sign in the sum over the children that makes the first moment along the last axis",
                    on_coarse_levels([](ElasticLevel& level) {
