@@ -90,7 +90,7 @@ int run_accuracy(Arguments& arguments, Call& call) {
   const std::vector<Scene> scenes = arguments.load_scenes(
       {"square", "square-modified", "square-single-level", "circular", "circular-radial", "brain"});
   const auto is_of_cells = [](const Scene& scene) { return scene.energy->is_of_cells(); };
-  if (arguments.schedule.options.iterations && std::ranges::any_of(scenes, is_of_cells)) {
+  if (arguments.schedule.given.contains("iterations") && std::ranges::any_of(scenes, is_of_cells)) {
     throw InputError("accuracy takes every elastic method at its usual effort; leave out --iterations");
   }
   const std::filesystem::path folder = call.json.parent_path();
