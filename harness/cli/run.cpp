@@ -222,6 +222,10 @@ int run_scene(Arguments& arguments, Call& call) {
     require_folder(arguments.output, files, files_of_scene(arguments.scene.scene));
   }
   require_held(scene);
+  if (arguments.format == "nii.gz" && scene.extent().axes() == 2) {
+    throw InputError("--format nii.gz is for volumes: programs read a NIfTI file of one slice without its "
+                     "place in space; give nrrd or mha");
+  }
 
   progress.set_total(site_updates(scene));
   progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
