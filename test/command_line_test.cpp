@@ -50,6 +50,11 @@ TEST(CommandLine, WritesRowsOfResults) {
            {"run circular --size 32 --output out", "field pictures warnings", 1},
            {"run square --size 20 --energy elastic --accuracy 0.1px --output out", "method plan", 1},
            {"verify tie-rich random --size 1", "verdict"},
+           {"run ball --size 9x8x7 --energy elastic --format nii.gz --output out", "depth field slices", 1},
+           {"bench cube --sizes 8x8x8,9x8x7 --energy elastic --backends openmp --repeat 1 --no-ceilings",
+            "depth seconds_median valid", 4},
+           {"bench cube --size 9x8x7 --work dense --backends openmp --repeat 1 --no-ceilings", "depth valid",
+            2},
            // A scene that prescribes every site, and one that cannot show a difference.
            {"verify square --size 1 --backends openmp", "verdict", 0, 1},
            {"verify square --size 9 --backends openmp --steps 0", "verdict", 0, 1}}) {

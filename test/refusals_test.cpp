@@ -71,10 +71,15 @@ protected:
     }
     write(files_of(data()["files"].as_table()));
     for (const auto& [name, image] : files_of(data()["images"].as_table())) {
-      const std::vector<std::string> parts = parts_of(image, "|"); // type, sizes, pixels
-      const bool is_vector = std::ranges::count(parts.at(1), ' ') == 2;
-      write({{name, fmt::format("NRRD0004\ntype: {}\ndimension: {}\n{}sizes: {}\nencoding: ascii\n\n{}\n",
-                                parts[0], is_vector ? 3 : 2, is_vector ? "kinds: vector domain domain\n" : "",
+      const std::vector<std::string> parts =
+          parts_of(image, "|"); // type, sizes, pixels; of volumes more header
+      const auto axes = 1 + std::ranges::count(parts.at(1), ' ');
+      const bool is_vector = axes == 3 && parts.size() == 3;
+      write({{name, fmt::format("NRRD0004\ntype: {}\ndimension: {}\n{}\nsizes: {}\nencoding: ascii\n\n{}\n",
+                                parts[0], axes,
+                                is_vector          ? "kinds: vector domain domain"
+                                : parts.size() > 3 ? parts[3]
+                                                   : "# no more",
                                 parts[1], parts.at(2))}});
     }
     if (needs == "person") {

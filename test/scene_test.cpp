@@ -1,5 +1,6 @@
 #include "harness/scene/scene.hpp"
 
+#include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
 #include "test/files.hpp"
@@ -94,6 +95,22 @@ TEST(SceneFile, TheElasticEnergyHasMethodsAndDeviations) {
   EXPECT_EQ(chosen.schedule.iterations, 5);
   EXPECT_EQ(with("deviation = 2.0\n").full.confidence[0].front(), 0.2F)
       << "a spring a quarter as stiff as the tissue";
+}
+
+TEST(LevelSequence, AVolumeBeginsWithItsStartAndWhatCoarserLevelsChanged) {
+  Scene scene = load_scene("cube", {.size = Extent{6, 5, 4}});
+  scene.start.emplace(scene.extent());
+  const LevelSequence levels(scene);
+  VectorField computed = scene.start_at(levels.extent(levels.order()[0]));
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    std::ranges::fill((*scene.start)[axis], static_cast<float>(axis) + 1.0F);
+    std::ranges::fill(computed[axis], static_cast<float>(axis) + 1.5F);
+  }
+  const LevelSequence moved(scene);
+  const VectorField begun = moved.begin(moved.order()[1], computed);
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    EXPECT_EQ(std::ranges::count(begun[axis], static_cast<float>(axis) + 1.5F), std::ssize(begun[axis]));
+  }
 }
 
 TEST(StepSets, ByNameAndByNumber) {

@@ -18,6 +18,7 @@
 #include <filesystem>
 #include <functional>
 #include <initializer_list>
+#include <map>
 #include <memory>
 #include <optional>
 #include <span>
@@ -31,24 +32,15 @@ namespace hdmbench::commands {
 struct ScheduleOverrides {
   bool takes_energy = false;                ///< whether the command has --energy; say so before add_to()
   const RegisteredEnergy* energy = nullptr; ///< null: the scene's, or that of the method
-  std::optional<std::string> method{};      ///< harness/scene/method.hpp
-  MethodOptions options{};                  ///< of the method
-  std::optional<int> start_level{};
-  std::optional<Stop> stop{};
-  std::optional<double> epsilon{};
-  std::optional<Alignment> alignment{};
-  std::optional<double> penalty{};
-  std::optional<double> prior_weight{};
+  /// "method", and the values of schedule_keys(), by their names.
+  std::map<std::string, std::string, std::less<>> given{};
 
   void add_to(CLI::App& command);
-  /// With `other_method` in place of `method`, where there is one. Throws InputError.
+  /// With `other_method` in place of the one given, where there is one. Throws InputError.
   void apply(Scene& scene, const std::optional<std::string>& other_method = std::nullopt) const;
   /// The arguments that were given, each with a space before it: " --iterations 5", with `other_method` as
   /// above.
   [[nodiscard]] std::string text(const std::optional<std::string>& other_method = std::nullopt) const;
-
-private:
-  CLI::App* command_ = nullptr; ///< of add_to
 };
 
 /// The names of the options of ScheduleOverrides that a command has, but those of `but`.
@@ -127,7 +119,8 @@ struct CommonArguments {
                                                    const std::string& reference = {}) const;
 };
 
-/// "300" is 300 x 300, "257x130" and "64x64x64" are that. Throws InputError.
+/// "300" is 300 x 300, "257x130" and "64x64x64" are that. Throws InputError, also where no scene of that size
+/// fits into memory.
 [[nodiscard]] Extent parse_size(const std::string& text);
 /// The same; none where `text` is empty.
 [[nodiscard]] std::optional<Extent> parse_any_size(const std::string& text);

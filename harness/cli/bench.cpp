@@ -52,7 +52,8 @@ void print_scene(const Scene& scene, const json& rows) {
   fmt::print("\n{}, {}: {}, {} iterations, {:.4g} million site updates\n", scene.name, extent.text(),
              method_name(scene), some["iterations"].get<std::int64_t>(),
              some["fine_sweep_equivalents"].get<double>() * static_cast<double>(extent.sites()) * 1e-6);
-  const bool as_published = scene.energy->of_sites == &thesis_energy && extent.width == extent.height;
+  const bool as_published =
+      scene.energy->of_sites == &thesis_energy && extent.axes() == 2 && extent.width == extent.height;
   for (const json& row : published()["timings"]) {
     if (as_published && row["scene"] == scene.name && row["size"] == extent.width) {
       fmt::print("{}", row_text("  thesis, table {table}: GPU {gpu_seconds} s, CPU {cpu_seconds} s, "
@@ -174,31 +175,11 @@ int compare_benches(const BenchArguments& arguments, const Call& call, int repea
                                ? read_bench(arguments.after)
                                : measure_again(before.context.arguments, repeats,
                                                call.json.empty() ? folder.path() / "bench.json" : call.json);
-  const std::vector<ComparedRow> rows =
-      compare_rows(timed_rows(before), timed_rows(after), arguments.tolerance / 100.0);
+  const json rows = compare_results(before, after, arguments.tolerance / 100.0);
   if (rows.empty()) {
     throw InputError(fmt::format("{}: has no valid timing to compare with", arguments.before.string()));
   }
-  json shown = json::array();
-  std::ptrdiff_t passing = 0;
-  for (const ComparedRow& row : rows) {
-    const TimedRow& old = row.row;
-    const bool is_compared = row.new_median > 0.0; // else nobody has measured it
-    passing += row.passes() ? 1 : 0;
-    shown.push_back(
-        {{"scene", old.scene},
-         {"width", old.width},
-         {"height", old.height},
-         {"backend", old.backend},
-         {"method", old.method},
-         {"threads", old.threads},
-         {"old_s", median(old.seconds)},
-         {"new_s", is_compared ? json(row.new_median) : json()},
-         {"ratio", is_compared ? json(row.new_median / row.old_median) : json()},
-         {"p", is_compared ? json(row.p) : json()},
-         {"verdict", row.remark.empty() ? std::string(change_names.at(static_cast<std::size_t>(row.change)))
-                                        : row.remark}});
-  }
+  const auto passing = std::ranges::count_if(rows, [](const json& row) { return row["passes"].get<bool>(); });
   for (const ResultFile* const file : {&before, &after}) {
     const Context& context = file->context;
     fmt::print("{}: commit {}, {}, {}, {}\n", file == &before ? "old" : "new", context.commit,
@@ -206,7 +187,7 @@ int compare_benches(const BenchArguments& arguments, const Call& call, int repea
   }
   fmt::print("\n{}\n{} of {} timings are not slower by more than {:.3g} % (medians; Mann-Whitney, one-sided, "
              "p < {:g})\n",
-             table_text(shown, "scene|size|backend|method|threads|old_s|new_s|ratio:new/old|p|verdict"),
+             table_text(rows, "scene|size|backend|method|threads|old_s|new_s|ratio:new/old|p|verdict"),
              passing, rows.size(), arguments.tolerance, significant_p);
   return passing == std::ssize(rows) ? success : disagreement;
 }
@@ -224,14 +205,13 @@ Extent scaled(Extent extent, double factor) {
 /// messages, the least of the samples. Collective.
 json measure_on_ranks(const Scene& scene, const std::string& kind, const RankBackend& backend, int repeats,
                       Ranks& ranks) {
-  json row{{"scene", scene.name},
-           {"energy", scene.energy->name},
-           {"scaling", kind},
-           {"backend", backend.backends()},
-           {"ranks", backend.ranks()},
-           {"width", scene.extent().width},
-           {"height", scene.extent().height},
-           {"seconds", json::array()}};
+  json row = with_size({{"scene", scene.name},
+                        {"energy", scene.energy->name},
+                        {"scaling", kind},
+                        {"backend", backend.backends()},
+                        {"ranks", backend.ranks()},
+                        {"seconds", json::array()}},
+                       scene.extent());
   Progress silent(false);
   Solver solver(backend, {});
   double least = std::numeric_limits<double>::infinity();

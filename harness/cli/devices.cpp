@@ -110,7 +110,7 @@ void list_methods() {
       rows.push_back({{"method", method.name},
                       {"effort", method.effort},
                       {"usual", method.usual_effort > 0 ? json(method.usual_effort) : json("the scene's")},
-                      {"takes", option_names(method.options)},
+                      {"takes", method.takes},
                       {"backends", who_can(*energy, method, registry)},
                       {"what_it_does", method.summary}});
     }

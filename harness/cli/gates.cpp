@@ -23,8 +23,9 @@ std::map<std::string, json> by_comparison(const json& rows) {
   for (const json& row : rows) {
     const auto word = [&](const char* key) { return row.value(key, ""); };
     const std::string ranks = row.contains("ranks") ? fmt::format(" on {} ranks", row["ranks"].dump()) : "";
-    result.emplace(fmt::format("{} x {} {}, {}, {}{}, {}", row.value("width", 0), row.value("height", 0),
-                               word("scene"), word("method"), word("backend"), ranks, word("mode")),
+    const Extent extent{row.value("width", 0), row.value("height", 0), row.value("depth", 1)};
+    result.emplace(fmt::format("{} {}, {}, {}{}, {}", extent.text(), word("scene"), word("method"),
+                               word("backend"), ranks, word("mode")),
                    row);
   }
   return result;

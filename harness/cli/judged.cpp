@@ -93,7 +93,7 @@ int run_accuracy(Arguments& arguments, Call& call) {
   const std::vector<std::string> by_default{"square",   "square-modified", "square-single-level",
                                             "circular", "circular-radial", "brain"};
   const auto is_of_cells = [](const Scene& scene) { return scene.energy->is_of_cells(); };
-  if (arguments.schedule.options.iterations &&
+  if (arguments.schedule.given.contains("iterations") &&
       std::ranges::any_of(arguments.load_scenes(by_default), is_of_cells)) {
     throw InputError("accuracy takes every elastic method at its usual effort; leave out --iterations");
   }

@@ -24,8 +24,9 @@ namespace {
 struct Arguments {
   SceneArguments scene;
   std::filesystem::path output = "hdmbench-output";
-  std::string accuracy; ///< "0.2px" or "0.1mm"; empty: not asked for
-  std::string within;   ///< "10ms"; empty: not asked for
+  std::string format = "nrrd"; ///< extension of the field's file
+  std::string accuracy;        ///< "0.2px" or "0.1mm"; empty: not asked for
+  std::string within;          ///< "10ms"; empty: not asked for
   bool explain = false;
   std::size_t sites_per_rank = 0; ///< of Sharing
   int halo = 0;                   ///< the same
@@ -115,6 +116,18 @@ Scene load_for(const Arguments& arguments) {
   return scene;
 }
 
+/// Throws InputError for a body that nothing holds, pulls or has moved: any displacement would do.
+void require_held(const Scene& scene) {
+  const auto is_free = [](float confidence) { return confidence == 0.0F; };
+  if (!scene.start && std::ranges::all_of(scene.full.confidence.planes, [&](const auto& plane) {
+        return std::ranges::all_of(plane, is_free);
+      })) {
+    throw InputError(fmt::format("the scene {} is held nowhere: no site has a displacement that is known, so "
+                                 "that any would do; give it a [[condition]] or a target",
+                                 scene.name));
+  }
+}
+
 /// A request is a method of its own, so what belongs to another one has no meaning beside it. Throws
 /// InputError.
 void require_meaning(const Arguments& arguments, const Call& call) {
@@ -132,8 +145,7 @@ void require_meaning(const Arguments& arguments, const Call& call) {
   }
   if (arguments.asks()) {
     refuse_idle(command,
-                {"--method", "--iterations", "--start-level", "--stop", "--epsilon", "--update", "--steps",
-                 "--relaxation", "--temperatures", "--seed"},
+                schedule_options(command, {"--energy", "--penalty", "--prior-weight", "--alignment"}),
                 "--accuracy and --within choose method, levels and iterations themselves");
   } else {
     refuse_idle(command, {"--explain"}, "it explains a plan, which --accuracy or --within ask for");
@@ -205,8 +217,14 @@ int run_scene(Arguments& arguments, Call& call) {
   }
   const Backend& backend = shared ? *shared : arguments.scene.choose(registry, scene);
   const Device device = backend.device(session);
+  const std::vector<std::string> files = file_names(scene, arguments.format);
   if (have_images() && call.speaks()) {
-    require_folder(arguments.output, file_names(scene), files_of_scene(arguments.scene.scene));
+    require_folder(arguments.output, files, files_of_scene(arguments.scene.scene));
+  }
+  require_held(scene);
+  if (arguments.format == "nii.gz" && scene.extent().axes() == 2) {
+    throw InputError("--format nii.gz is for volumes: programs read a NIfTI file of one slice without its "
+                     "place in space; give nrrd or mha");
   }
 
   progress.set_total(site_updates(scene));
@@ -250,9 +268,10 @@ int run_scene(Arguments& arguments, Call& call) {
                         {"warnings", warnings},
                         {"field", ""}},
                        scene.extent());
+  const bool is_volume = scene.extent().axes() == 3;
+  const char* const unit = is_volume ? "voxels" : "px";
   fmt::print("{}\n{} {} of {:.4g} mm, {} on {} ({})\n\n", scene.title, scene.extent().text(),
-             scene.extent().axes() == 3 ? "voxels" : "pixels", scene.spacing, method, backend.name(),
-             device.name);
+             is_volume ? "voxels" : "pixels", scene.spacing, method, backend.name(), device.name);
   if (plan) {
     row["plan"] = plan_row(scene, request, *plan);
     if (arguments.explain) {
@@ -270,10 +289,10 @@ int run_scene(Arguments& arguments, Call& call) {
     fmt::print("\n{}", table_text(by_rank, "machine|backend|device|threads|messages|bytes:bytes sent|"
                                            "peak_memory:bytes at most"));
   }
-  fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} px, {} iterations in {:.3g} s\n", energy,
-             largest, iterations, solution.timings.total());
+  fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} {}, {} iterations in {:.3g} s\n", energy,
+             largest, unit, iterations, solution.timings.total());
   if (solution.estimated_error && !plan) {
-    fmt::print("  estimated distance from finite elements {:.2g} px\n", *solution.estimated_error);
+    fmt::print("  estimated distance from finite elements {:.2g} {}\n", *solution.estimated_error, unit);
   }
   if (!absurd.empty()) {
     fmt::print(
@@ -284,7 +303,7 @@ int run_scene(Arguments& arguments, Call& call) {
                            ? warnings_text(warnings)
                            : "  Not diagnosed, and no pictures: beyond 4096 x 4096 sites that takes more "
                              "time and memory than the solution.\n");
-  write_files(arguments.output, call.json, scene, solution.displacement, row);
+  write_files(arguments.output, files, call.json, scene, solution.displacement, row);
   call.write(json::array({without_nulls(row)}));
   return absurd.empty() && (!plan || plan->met) ? success : disagreement;
 }
@@ -294,7 +313,7 @@ int run_scene(Arguments& arguments, Call& call) {
 void add_run(CLI::App& program, Call& call) {
   const auto [command, own] = declare(
       program, call, "run",
-      "Solve one scene; write the displacement as NRRD, and the picture before and after, the\n"
+      "Solve one scene; write the displacement in millimetres, and the picture before and after, the\n"
       "deformed grid and the displacement's magnitude and change of area or volume as PNG; say what speaks\n"
       "against the result.",
       run_scene);
@@ -302,6 +321,8 @@ void add_run(CLI::App& program, Call& call) {
   own.scene.add_scene_to(command);
   own.scene.add_backend_to(command);
   add_output_folder(command, own.output);
+  add_option(command, "--format", own.format, "Format of the displacement: nrrd, mha or nii.gz (NIfTI)")
+      ->check(CLI::IsMember({"nrrd", "mha", "nii.gz"}));
   add_json(command, call);
   {
     const OptionGroup group(command, "No more than the scene needs");

@@ -68,21 +68,21 @@ void write_pictures(const std::filesystem::path& folder, std::span<const std::st
 
 } // namespace
 
-std::vector<std::string> file_names(const Scene& scene) {
-  std::vector<std::string> names{scene.name + ".nrrd"};
+std::vector<std::string> file_names(const Scene& scene, const std::string& extension) {
+  std::vector<std::string> names{fmt::format("{}.{}", scene.name, extension)};
   for (const char* const picture : pictures_of(scene)) {
     names.push_back(fmt::format("{}-{}.png", scene.name, picture));
   }
   return names;
 }
 
-void write_files(const std::filesystem::path& folder, const std::filesystem::path& results,
-                 const Scene& scene, const VectorField& displacement, json& row) {
+void write_files(const std::filesystem::path& folder, const std::vector<std::string>& files,
+                 const std::filesystem::path& results, const Scene& scene, const VectorField& displacement,
+                 json& row) {
   if (!have_images()) {
     fmt::print("  No files are written: this build has no image support (-DHDMBENCH_IMAGES=ON).\n");
     return;
   }
-  const std::vector<std::string> files = file_names(scene);
   write_displacement(folder / files[0], displacement, scene.spacing, scene.placement);
   row["field"] = beside(results, folder, files[0]);
   fmt::print("  {}: the displacement in millimetres\n", (folder / files[0]).string());

@@ -156,7 +156,6 @@ struct MeshArguments {
 
 PixelGrid grid_of(const MeshArguments& arguments, const Mesh& mesh) {
   const Extent extent = parse_size(arguments.size);
-  require_memory(extent);
   if (!arguments.pixel) {
     return grid_over(mesh, extent);
   }

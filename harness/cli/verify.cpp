@@ -27,7 +27,8 @@ struct VerifyArguments : CommonArguments {
 
   /// Nobody chose on the command line.
   [[nodiscard]] bool are_all() const {
-    return scenes.empty() && methods.empty() && !schedule.method && schedule.energy == nullptr;
+    return scenes.empty() && methods.empty() && !schedule.given.contains("method") &&
+           schedule.energy == nullptr;
   }
 };
 

@@ -152,9 +152,8 @@ private:
     Solution solution;
     std::vector<Timings> samples;
     for (int i = 0; i < options_.repeats; ++i) {
-      progress_.describe(fmt::format("bench {} {} x {} on {}, sample {} of {}", scene_.name,
-                                     scene_.extent().width, scene_.extent().height, run.name(), i + 1,
-                                     options_.repeats));
+      progress_.describe(fmt::format("bench {} {} on {}, sample {} of {}", scene_.name,
+                                     scene_.extent().text(), run.name(), i + 1, options_.repeats));
       solution = Solution(); // before the next one needs the room
       solution = solver.solve(scene_, progress_);
       samples.push_back(solution.timings);

@@ -1,46 +1,76 @@
 #include "harness/measure/comparison.hpp"
 
 #include "harness/measure/median.hpp"
-#include "harness/measure/result_file.hpp"
-#include "harness/scene/row_fields.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
-#include <iterator>
 #include <numbers>
+#include <string>
+#include <vector>
 
 namespace hdmbench {
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(TimedRow, scene, width, height, backend, device, method, threads,
-                                   iterations, seconds, seconds_median, valid, reason)
+using nlohmann::json;
 
-std::vector<TimedRow> timed_rows(const ResultFile& file) {
-  std::vector<TimedRow> rows;
-  for (const nlohmann::json& found : file.results) {
-    const std::string place = fmt::format("{}: results[{}]", file.file.string(), rows.size());
+namespace {
+
+bool has_timings(const json& row) {
+  return row["valid"] != false && !row["seconds"].empty();
+}
+
+/// Throws InputError for a row that lacks what is compared, or has another median than its samples.
+void require_rows(const ResultFile& file) {
+  for (std::size_t i = 0; i < file.results.size(); ++i) {
+    const json& row = file.results[i];
+    const auto refuse = [&](std::string_view why) {
+      throw InputError(fmt::format("{}: results[{}]{}", file.file.string(), i, why));
+    };
     try {
-      rows.push_back(found.get<TimedRow>());
-    } catch (const nlohmann::json::exception& error) {
-      throw InputError(fmt::format("{}: {}", place, error.what()));
-    }
-    const TimedRow& row = rows.back();
-    if (!row.counts()) {
-      continue;
-    }
-    if (row.width < 1 || row.height < 1 || row.seconds.empty() || !row.seconds_median) {
-      throw InputError(fmt::format("{} is valid, but has no size or no seconds", place));
-    }
-    const auto [low, high] = std::ranges::minmax(row.seconds);
-    if (!(low > 0.0) || !(*row.seconds_median >= low) || !(*row.seconds_median <= high)) {
-      throw InputError(
-          fmt::format("{}: \"seconds\" must be greater than 0, and \"seconds_median\" between them", place));
+      for (const char* const key : {"scene", "backend", "device", "method", "reason"}) {
+        (void)row.at(key).get<std::string>();
+      }
+      (void)row.at("threads");
+      const bool is_empty = row.at("width").get<int>() < 1 || row.at("height").get<int>() < 1;
+      const auto seconds = row.at("seconds").get<std::vector<double>>();
+      if (row.at("valid") == false || row.at("iterations").get<std::int64_t>() < 0) {
+        continue;
+      }
+      if (is_empty || seconds.empty()) {
+        refuse(" is valid, but has no size or no seconds");
+      }
+      const auto [low, high] = std::ranges::minmax(seconds);
+      const auto middle = row.at("seconds_median").get<double>();
+      if (!(low > 0.0 && middle >= low && middle <= high)) {
+        refuse(": \"seconds\" must be greater than 0, and \"seconds_median\" between them");
+      }
+    } catch (const json::exception& error) {
+      refuse(fmt::format(": {}", error.what()));
     }
   }
-  return rows;
 }
+
+bool are_same(const json& old, const json& other) {
+  constexpr std::array keys{"scene", "width", "height", "depth", "backend", "method"};
+  return std::ranges::all_of(
+             keys, [&](const char* key) { return old.value(key, json()) == other.value(key, json()); }) &&
+         (old["threads"].is_null() || other["threads"].is_null() || old["threads"] == other["threads"]);
+}
+
+/// What differs beside the time; empty where nothing does.
+std::string remark(const json& old, const json& now) {
+  return now["valid"] == false ? fmt::format("the new field is wrong: {}", now["reason"].get<std::string>())
+         : now["device"] != old["device"]
+             ? fmt::format("another device: it was {} and is {}", old["device"].dump(), now["device"].dump())
+         : now["iterations"] != old["iterations"]
+             ? fmt::format("other work: {} iterations, now {}", old["iterations"].dump(),
+                           now["iterations"].dump())
+             : "";
+}
+
+} // namespace
 
 double chance_of_larger(std::span<const double> first, std::span<const double> second) {
   const auto m = static_cast<double>(first.size());
@@ -84,32 +114,33 @@ ChangeOfTimes compare_times(std::span<const double> before, std::span<const doub
   return result;
 }
 
-std::vector<ComparedRow> compare_rows(std::span<const TimedRow> before, std::span<const TimedRow> after,
-                                      double tolerance) {
-  std::vector<ComparedRow> rows;
-  for (const TimedRow& old : before) {
-    if (!old.counts() || old.seconds.empty()) {
+json compare_results(const ResultFile& before, const ResultFile& after, double tolerance) {
+  require_rows(before);
+  require_rows(after);
+  json rows = json::array();
+  for (const json& old : before.results) {
+    if (!has_timings(old)) {
       continue;
     }
-    ComparedRow& row = rows.emplace_back();
-    row.row = old;
-    const auto found = std::ranges::find_if(after, [&](const TimedRow& other) {
-      return other.scene == old.scene && other.width == old.width && other.height == old.height &&
-             other.backend == old.backend && other.method == old.method &&
-             (!other.threads || !old.threads || other.threads == old.threads);
-    });
-    if (found == after.end() || found->seconds.empty()) {
-      row.remark = "the new side has not measured it";
+    json& row = rows.emplace_back(old);
+    const auto now =
+        std::ranges::find_if(after.results, [&](const json& other) { return are_same(old, other); });
+    if (now == after.results.end() || (*now)["seconds"].empty()) {
+      row.update({{"old_s", old["seconds_median"]},
+                  {"passes", false},
+                  {"verdict", "the new side has not measured it"}});
       continue;
     }
-    static_cast<ChangeOfTimes&>(row) = compare_times(old.seconds, found->seconds, tolerance);
-    if (!found->counts()) {
-      row.remark = fmt::format("the new field is wrong: {}", found->reason);
-    } else if (found->device != old.device) {
-      row.remark = fmt::format("another device: it was \"{}\" and is \"{}\"", old.device, found->device);
-    } else if (found->iterations != old.iterations) {
-      row.remark = fmt::format("other work: {} iterations, now {}", old.iterations, found->iterations);
-    }
+    const ChangeOfTimes found = compare_times(old["seconds"].get<std::vector<double>>(),
+                                              (*now)["seconds"].get<std::vector<double>>(), tolerance);
+    const std::string differs = remark(old, *now);
+    row.update(
+        {{"old_s", found.old_median},
+         {"new_s", found.new_median},
+         {"ratio", found.new_median / found.old_median},
+         {"p", found.p},
+         {"passes", differs.empty() && found.change <= Change::not_slower},
+         {"verdict", differs.empty() ? change_names.at(static_cast<std::size_t>(found.change)) : differs}});
   }
   return rows;
 }

@@ -1,42 +1,14 @@
 #pragma once
 
+#include "harness/measure/result_file.hpp"
+
 #include <array>
-#include <cstddef>
-#include <cstdint>
-#include <optional>
 #include <span>
-#include <string>
 #include <string_view>
-#include <vector>
 
 /// Timings of before and after a change. What goes beyond one test of ranks is for Google Benchmark's
 /// compare.py, which reads bench --benchmark-json.
 namespace hdmbench {
-
-struct ResultFile;
-
-/// What a comparison reads of a row of `bench`'s results.
-struct TimedRow {
-  std::string scene;
-  std::int64_t width = 0;
-  std::int64_t height = 0;
-  std::string backend;
-  std::string device;
-  std::string method;           ///< "icm"; "icm-active" where sites that cannot change were left out
-  std::optional<int> threads{}; ///< of the CPU
-  std::int64_t iterations = 0;
-  std::vector<double> seconds; ///< raw samples; never empty where counts()
-  std::optional<double> seconds_median{};
-  std::optional<bool> valid{}; ///< none: nobody compared the field, which is too large for scalar
-  std::string reason{};
-
-  /// The timing counts: no other backend found another field.
-  [[nodiscard]] bool counts() const { return valid.value_or(true); }
-};
-
-/// The rows of `bench`'s results. Throws InputError naming file and row for what is missing or mistyped, and
-/// for a row that counts without samples or with another median.
-[[nodiscard]] std::vector<TimedRow> timed_rows(const ResultFile& file);
 
 enum class Change {
   faster,       ///< the new samples are smaller
@@ -66,20 +38,12 @@ struct ChangeOfTimes {
 [[nodiscard]] ChangeOfTimes compare_times(std::span<const double> before, std::span<const double> after,
                                           double tolerance);
 
-/// One computation, timed before and after.
-struct ComparedRow : ChangeOfTimes {
-  TimedRow row{};       ///< what was computed, as the old side has it
-  std::string remark{}; ///< why it cannot be compared, or what differs beside the time
-
-  /// Neither slower nor open: it was compared, on the same device.
-  [[nodiscard]] bool passes() const {
-    return remark.empty() && (change == Change::faster || change == Change::not_slower);
-  }
-};
-
-/// Every row with timings of the old side with the row of the new side that has the same scene, size,
-/// backend, method and, where both tell, threads. Rows that only the new side has are left out.
-[[nodiscard]] std::vector<ComparedRow> compare_rows(std::span<const TimedRow> before,
-                                                    std::span<const TimedRow> after, double tolerance);
+/// A row for every row of `before` that has timings of a field that nobody found wrong, with the row of
+/// `after` that has the same scene, size, backend, method and, where both tell, threads: what was computed,
+/// the medians "old_s" and "new_s", "ratio", "p", "verdict" and "passes", which is false unless it was shown
+/// to be no slower, by the same work on the same device. Throws InputError that names file and row where
+/// something is missing, mistyped or contradictory.
+[[nodiscard]] nlohmann::json compare_results(const ResultFile& before, const ResultFile& after,
+                                             double tolerance);
 
 } // namespace hdmbench

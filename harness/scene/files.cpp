@@ -142,8 +142,8 @@ void write_atomically(const fs::path& target, const std::function<void(const fs:
     return;
   }
   const fs::path file = followed(target);
-  const fs::path partial = folder_of(file) / fmt::format(".{}.{}.partial{}", file.stem().string(), getpid(),
-                                                         target.extension().string());
+  const fs::path partial =
+      folder_of(file) / fmt::format(".{}.partial.{}", getpid(), target.filename().string());
   std::error_code ignored;
   try {
     write(partial);

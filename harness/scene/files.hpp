@@ -16,9 +16,9 @@ void require_regular_file(const std::filesystem::path& file);
 /// is larger or cannot be read.
 [[nodiscard]] std::string read_file(const std::filesystem::path& file);
 
-/// Lets `write` fill a file beside `target` (same extension) and renames it to `target` when that returns, so
-/// that nobody ever sees a half-written file. A symbolic link stays one: the file that it leads to is
-/// replaced, and keeps its mode. What is no regular file (a pipe, a device), and a file that is this
+/// Lets `write` fill a file beside `target` (same end of the name) and renames it to `target` when that
+/// returns, so that nobody ever sees a half-written file. A symbolic link stays one: the file that it leads
+/// to is replaced, and keeps its mode. What is no regular file (a pipe, a device), and a file that is this
 /// program's standard output, is written to. On an exception the partial file is removed and `target` stays
 /// as it was. Throws InputError as require_writable does, and where the disk is full.
 void write_atomically(const std::filesystem::path& target,

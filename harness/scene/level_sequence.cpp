@@ -155,12 +155,14 @@ VectorField LevelSequence::begin(int level, const VectorField& computed_before) 
     return prolongate(computed_before, extent(level), scene_.schedule.alignment);
   }
   VectorField moved = scene_.start_at(computed_before.extent);
-  std::ranges::transform(computed_before[0], moved[0], moved[0].begin(), std::minus());
-  std::ranges::transform(computed_before[1], moved[1], moved[1].begin(), std::minus());
+  for (std::size_t axis = 0; axis < moved.planes.size(); ++axis) {
+    std::ranges::transform(computed_before[axis], moved[axis], moved[axis].begin(), std::minus());
+  }
   moved = prolongate(moved, extent(level), scene_.schedule.alignment);
   const VectorField own = scene_.start_at(extent(level));
-  std::ranges::transform(own[0], moved[0], moved[0].begin(), std::plus());
-  std::ranges::transform(own[1], moved[1], moved[1].begin(), std::plus());
+  for (std::size_t axis = 0; axis < moved.planes.size(); ++axis) {
+    std::ranges::transform(own[axis], moved[axis], moved[axis].begin(), std::plus());
+  }
   return moved;
 }
 
@@ -171,8 +173,11 @@ bool has_diverged(const Level& level, const VectorField& begin, const VectorFiel
   const bool is_accelerated =
       level.rule == Rule::closed_form &&
       std::ranges::any_of(level.strengths, [](float strength) { return strength > 1.0F; });
-  return is_accelerated && (has_left_range(begin[0], level.target[0], level.confidence[0], end[0]) ||
-                            has_left_range(begin[1], level.target[1], level.confidence[1], end[1]));
+  bool has_left = false;
+  for (std::size_t axis = 0; is_accelerated && axis < level.extent.axes(); ++axis) {
+    has_left = has_left || has_left_range(begin[axis], level.target[axis], level.confidence[axis], end[axis]);
+  }
+  return has_left;
 }
 
 void StopRule::report(std::int64_t changed, const Level& level, const VectorField& displacement) {

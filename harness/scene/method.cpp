@@ -70,33 +70,33 @@ constexpr const char* per_level = "iterations per level";
 
 constexpr std::array all{
     Method{"icm", "the thesis: every site takes its best candidate, all at once", per_level, 0,
-           takes_steps | takes_update, icm},
-    Method{"icm-6", "the same with candidates down to 0.01 px", per_level, 0, no_options, icm_fine},
-    Method{"icm-thesis-steps", "the same with the printed candidates: 0 is none of them", per_level, 0,
-           no_options, icm_thesis_steps},
-    Method{"sequential", "candidates in raster order and in place (thesis, CPU)", per_level, 0, takes_steps,
+           "steps, update", icm},
+    Method{"icm-6", "the same with candidates down to 0.01 px", per_level, 0, "", icm_fine},
+    Method{"icm-thesis-steps", "the same with the printed candidates: 0 is none of them", per_level, 0, "",
+           icm_thesis_steps},
+    Method{"sequential", "candidates in raster order and in place (thesis, CPU)", per_level, 0, "steps",
            in_order<Update::sequential>},
-    Method{"coloured", "candidates in place, two sets of sites in turn", per_level, 0, takes_steps,
+    Method{"coloured", "candidates in place, two sets of sites in turn", per_level, 0, "steps",
            in_order<Update::coloured>},
-    Method{"four-coloured", "candidates in place, four sets in turn (thesis 9.6.2)", per_level, 0,
-           takes_steps, in_order<Update::four_coloured>},
+    Method{"four-coloured", "candidates in place, four sets in turn (thesis 9.6.2)", per_level, 0, "steps",
+           in_order<Update::four_coloured>},
     Method{"closed-form", "every site moves 0.9 of the way to its exact minimum, all at once", per_level, 0,
-           takes_relaxation, closed_form},
+           "relaxation", closed_form},
     Method{"cascade", "exact minima in two colours, accelerated, more iterations on coarser levels",
-           "iterations on the full resolution", 1, no_options, cascade},
+           "iterations on the full resolution", 1, "", cascade},
     Method{"annealing", "candidates at random, taken by energy and temperature (thesis Alg. 1)", per_level,
-           200, takes_steps | takes_temperatures | takes_seed, annealing}};
+           200, "steps, temperatures, seed", annealing}};
 
 /// Levels, their order and their sweeps are the method's own.
 void elastic(Schedule& /*schedule*/, Level& /*level*/) {}
 
 constexpr std::array all_elastic{
     Method{elastic_full_multigrid, "from the coarsest level up, a W cycle on each, then cycles",
-           "cycles on the full resolution", 2, no_options, elastic},
-    Method{elastic_conjugate_gradients, "after full multigrid: its cycle as preconditioner", "steps", 8,
-           no_options, elastic},
-    Method{elastic_sweeps, "damped Jacobi sweeps over the full resolution, no levels", "sweeps", 50,
-           no_options, elastic}};
+           "cycles on the full resolution", 2, "", elastic},
+    Method{elastic_conjugate_gradients, "after full multigrid: its cycle as preconditioner", "steps", 8, "",
+           elastic},
+    Method{elastic_sweeps, "damped Jacobi sweeps over the full resolution, no levels", "sweeps", 50, "",
+           elastic}};
 
 constexpr RegisteredEnergy hdm{.name = "hdm",
                                .summary = "the thesis",
@@ -107,61 +107,13 @@ constexpr RegisteredEnergy plane_stress{.name = "elastic",
                                         .summary = "plane stress",
                                         .methods = all_elastic,
                                         .near = ReferenceSolution::finite_elements,
-                                        .takes_volumes = true};
+                                        .takes_volumes = true,
+                                        .bytes_per_pixel = 110,
+                                        .bytes_per_voxel = 150};
 
 std::vector<const RegisteredEnergy*>& registry() {
   static std::vector<const RegisteredEnergy*> registered{&hdm, &plane_stress};
   return registered;
-}
-
-/// What results call the options, in the order of their bits.
-constexpr std::array<std::string_view, 5> names_of_options{"steps", "update", "relaxation", "temperatures",
-                                                           "seed"};
-
-unsigned given(const MethodOptions& options) {
-  return (options.steps ? takes_steps : 0U) | (options.update ? takes_update : 0U) |
-         (options.relaxation ? takes_relaxation : 0U) | (options.cooling ? takes_temperatures : 0U) |
-         (options.seed ? takes_seed : 0U);
-}
-
-/// Throws where `method` does not take what is said.
-void require_taken(const Method& method, const MethodOptions& options) {
-  const unsigned refused = given(options) & ~method.options;
-  if (refused == 0) {
-    return;
-  }
-  std::string takers;
-  for (const Method& other : all) {
-    if ((other.options & refused) == refused) {
-      takers += fmt::format("{}{}", takers.empty() ? "" : ", ", other.name);
-    }
-  }
-  throw InputError(fmt::format("the method {} does not take {}{}{}", method.name, option_names(refused),
-                               takers.empty() ? "" : "; those that do are ", takers));
-}
-
-void require_in_range(const MethodOptions& options) {
-  if (options.iterations && (*options.iterations < 0 || *options.iterations > largest_effort)) {
-    throw InputError(
-        fmt::format("{} iterations are not possible, give 0 ... {}", *options.iterations, largest_effort));
-  }
-  if (options.relaxation && !(*options.relaxation > 0.0 && *options.relaxation < 2.0)) {
-    throw InputError(
-        fmt::format("the relaxation is {}, it must be above 0 and below 2", *options.relaxation));
-  }
-  if (options.cooling) {
-    const auto [highest, lowest] = *options.cooling;
-    // 1 / T is a 32-bit float, and so are the energies it is compared with.
-    if (!(lowest >= 1e-30 && highest >= lowest && highest <= 1e30)) {
-      throw InputError(
-          fmt::format("the temperatures are {} and {}, the first must be the higher one, the second "
-                      "at least 1e-30",
-                      highest, lowest));
-    }
-  }
-  if (options.seed && (*options.seed < 0 || *options.seed > 4092)) {
-    throw InputError(fmt::format("the seed is {}, it must be 0 ... 4092", *options.seed));
-  }
 }
 
 } // namespace
@@ -213,16 +165,6 @@ const RegisteredEnergy& energy_of(const Method& method) {
   return **std::ranges::find_if(energies(), [&](const auto* energy) { return energy->has(method); });
 }
 
-std::string option_names(unsigned options) {
-  std::string names;
-  for (std::size_t bit = 0; bit < names_of_options.size(); ++bit) {
-    if ((options >> bit & 1U) != 0) {
-      names += fmt::format("{}{}", names.empty() ? "" : ", ", names_of_options[bit]);
-    }
-  }
-  return names;
-}
-
 const Method& find_method(std::string_view name, const RegisteredEnergy* energy) {
   std::vector<std::string_view> names;
   for (const RegisteredEnergy* const known : energies()) {
@@ -269,7 +211,8 @@ void use_method(Scene& scene, const Method& method, std::optional<int> iteration
   }
   const Schedule own = scene.schedule;
   Schedule schedule{.method = std::string(method.name),
-                    .iterations = method.usual_effort > 0 ? method.usual_effort : own.iterations,
+                    .iterations =
+                        iterations.value_or(method.usual_effort > 0 ? method.usual_effort : own.iterations),
                     .stop = own.stop,
                     .epsilon = own.epsilon,
                     .start_level = own.start_level,
@@ -277,28 +220,6 @@ void use_method(Scene& scene, const Method& method, std::optional<int> iteration
   scene.full.update = Update::simultaneous;
   method.configure(schedule, scene.full);
   scene.schedule = schedule;
-  set_options(scene, {.iterations = iterations});
-}
-
-void set_options(Scene& scene, const MethodOptions& options) {
-  const Method& method = find_method(scene.schedule.method, scene.energy);
-  require_taken(method, options);
-  require_in_range(options);
-  Schedule schedule = scene.schedule;
-  Level level = without_fields(scene.full);
-  level.steps = options.steps.value_or(level.steps);
-  level.update = options.update.value_or(level.update);
-  level.seed = options.seed.value_or(level.seed);
-  schedule.iterations = options.iterations.value_or(schedule.iterations);
-  schedule.relaxation.factor = options.relaxation.value_or(schedule.relaxation.factor);
-  schedule.cooling = options.cooling.value_or(schedule.cooling);
-  if (options.steps && schedule.rule == Rule::annealing) {
-    method.configure(schedule, level);
-  }
-  scene.schedule = schedule;
-  scene.full.steps = level.steps;
-  scene.full.update = level.update;
-  scene.full.seed = level.seed;
 }
 
 } // namespace hdmbench

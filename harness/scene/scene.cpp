@@ -3,6 +3,7 @@
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/scene_content.hpp"
+#include "harness/scene/schedule_keys.hpp"
 #include "harness/scene/toml_reader.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -22,67 +23,32 @@ int coarsest_level(const Scene& scene) {
   return static_cast<int>(pyramid_extents(scene.extent()).size()) - 1;
 }
 
-/// The method with its options, of which it refuses those it does not take.
-void read_method(TomlReader& table, std::optional<StepSet> steps, Scene& scene) {
-  MethodOptions options{.steps = std::move(steps)};
-  table.read("iterations", options.iterations);
-  table.read("update", update_names, options.update);
-  table.read("relaxation", options.relaxation);
-  table.read("seed", options.seed);
-  std::optional<std::array<double, 2>> temperatures;
-  table.read("temperatures", temperatures);
-  if (temperatures) {
-    options.cooling = Cooling{.highest = (*temperatures)[0], .lowest = (*temperatures)[1]};
+/// The schedule keys that stand in this table and mean something to the scene's energy. At another size than
+/// the file's own there may be fewer levels: then the coarsest one stands for a start level beyond it.
+void read_keys(TomlReader& table, std::string_view name, bool at_own_size, Scene& scene) {
+  for (const ScheduleKey& key : schedule_keys()) {
+    const bool is_idle = (key.of != ScheduleKey::Of::all && scene.energy->is_of_cells()) ||
+                         (key.name == "epsilon" && scene.schedule.stop != Stop::energy);
+    if (key.table != name || is_idle || !table.has(key.name)) {
+      continue;
+    }
+    std::string value = table.text(key.name);
+    if (key.name == "start_level" && !at_own_size) {
+      value = std::to_string(std::min(table.get<int>(key.name), coarsest_level(scene)));
+    }
+    table.blame(key.name, [&] { set_key(scene, key, value); });
   }
-  std::string name(scene.energy->methods.front().name);
-  table.read("method", name);
-  table.blame(table.has("method") ? "method" : "iterations", [&] {
-    use_method(scene, find_method(name, scene.energy));
-    set_options(scene, options);
-  });
 }
 
-/// At another size than the file's own there may be fewer levels: then the coarsest one stands for a start
-/// level beyond it. `steps`: of the file, none where it has none.
-void read_schedule(TomlReader& table, std::optional<StepSet> steps, bool at_own_size, Scene& scene) {
-  Schedule& schedule = scene.schedule;
-  read_method(table, std::move(steps), scene);
-  if (!scene.energy->is_of_cells()) { // whose methods have levels and an end of their own
-    table.read("stop", stop_names, schedule.stop);
-    table.read("alignment", alignment_names, schedule.alignment);
-    std::optional<int> level;
-    table.read("start_level", level);
-    if (level) {
-      table.blame("start_level", [&] {
-        set_start_level(scene, at_own_size ? *level : std::min(*level, coarsest_level(scene)));
-      });
-    }
-    if (schedule.stop == Stop::energy) {
-      table.read("epsilon", schedule.epsilon);
-    }
-  }
+void read_schedule(TomlReader& root, bool at_own_size, Scene& scene) {
+  TomlReader table = root.table("schedule");
+  std::string method(scene.energy->methods.front().name);
+  table.read("method", method);
+  table.blame("method", [&] { use_method(scene, find_method(method, scene.energy)); });
+  read_keys(table, "schedule", at_own_size, scene);
   table.finish();
-}
-
-/// Candidates and weights, which energies of sites have alone. Returns the candidates.
-std::optional<StepSet> read_numbers_of_sites(TomlReader& reader, Scene& scene) {
-  std::optional<StepSet> steps;
-  ObservationWeight weight;
-  std::string_view key = "penalty";
-  if (!scene.energy->is_of_cells()) {
-    reader.read("penalty", weight.penalty);
-    reader.read("prior_weight", weight.prior_weight);
-    key = reader.has("prior_weight") ? "prior_weight" : key;
-    if (reader.is_text("steps")) {
-      const auto text = reader.get<std::string>("steps");
-      reader.blame("steps", [&] { steps = StepSet::parse(text); });
-    } else if (reader.has("steps")) {
-      const auto numbers = reader.get<std::vector<float>>("steps");
-      reader.blame("steps", [&] { steps = StepSet(numbers); });
-    }
-  }
-  reader.blame(key, [&] { set_weight(scene, weight); });
-  return steps;
+  set_weight(scene, {});
+  read_keys(root, "", at_own_size, scene);
 }
 
 /// The file's own where `options` have none.
@@ -156,7 +122,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   }
   const std::optional<Extent> size = read_size(reader, options);
   if (size) {
-    require_memory(*size);
+    require_memory(*size, *scene.energy);
   }
 
   constexpr std::array<std::string_view, 4> sources{"shape", "image", "brain", "random"};
@@ -189,7 +155,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
     content = read_shapes_content(reader, *size);
   }
   full.extent = content.modulus.values.empty() ? *size : content.modulus.extent;
-  require_memory(full.extent);
+  require_memory(full.extent, *scene.energy);
   full.target = VectorField(full.extent);
   full.confidence = VectorField(full.extent);
   full.modulus = std::move(content.modulus);
@@ -210,9 +176,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   content.labels = {}; // before there is more
   scene.placement = content.placement;
   reader.read("poisson", scene.poisson);
-  std::optional<StepSet> steps = read_numbers_of_sites(reader, scene);
-  TomlReader schedule = reader.table("schedule");
-  read_schedule(schedule, std::move(steps), !options.size, scene);
+  read_schedule(reader, !options.size, scene);
   read_exact(reader, options, scene);
   reader.finish();
   set_inverse_modulus(full);
@@ -261,20 +225,19 @@ bool is_inspected(Extent extent) {
   return extent.sites() <= std::size_t{4096} * 4096;
 }
 
-void require_memory(Extent extent) {
+void require_memory(Extent extent, const RegisteredEnergy& energy) {
   const bool is_volume = extent.axes() == 3;
-  const double per_site = is_volume ? largest_bytes_per_voxel : largest_bytes_per_site;
+  const double per_site = is_volume ? energy.bytes_per_voxel : energy.bytes_per_pixel;
   const double needed = per_site * static_cast<double>(extent.sites());
   const double present =
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
   if (needed > present) {
-    throw InputError(fmt::format("{} of {} needs about {:.0f} GiB of memory, this machine has {:.0f}{}",
-                                 is_volume ? "a volume" : "an image",
-                                 extent.text() + (is_volume ? " voxels" : " pixels"), needed / 0x1p30,
-                                 present / 0x1p30,
-                                 is_volume ? fmt::format("; {0} x {0} x {0} would fit",
-                                                         static_cast<int>(std::cbrt(present / per_site)))
-                                           : ""));
+    const double side = std::pow(present / per_site, 1.0 / static_cast<double>(extent.axes()));
+    throw InputError(fmt::format("{} of {} {} needs {:.3g} bytes, {:.0f} GiB of memory, this machine has "
+                                 "{:.0f}: sides of {} would fit",
+                                 is_volume ? "a volume" : "an image", extent.text(),
+                                 is_volume ? "voxels" : "pixels", needed, needed / 0x1p30, present / 0x1p30,
+                                 static_cast<int>(side)));
   }
 }
 

@@ -128,15 +128,9 @@ struct SceneOptions {
 /// `run` draws and diagnoses it. Beyond, that would take more time and memory than the solution itself.
 [[nodiscard]] bool is_inspected(Extent extent);
 
-/// Bytes of memory per site, in all, that icm takes on `openmp` in an image that is not inspected: at most.
-inline constexpr int largest_bytes_per_site = 60;
-
-/// The same of a volume by the elastic energy, which takes more of it than icm.
-inline constexpr int largest_bytes_per_voxel = 110;
-
-/// Throws InputError for an image or a volume that this machine's memory cannot hold at so many bytes, before
-/// the kernel kills the program for it.
-void require_memory(Extent extent);
+/// Throws InputError for an image or a volume that this machine's memory cannot hold while the energy is
+/// minimised, before the kernel kills the program for it.
+void require_memory(Extent extent, const RegisteredEnergy& energy = usual_energy());
 
 /// The shipped images in the order of the thesis, then the brain, then what is only for verify.
 [[nodiscard]] std::vector<std::string> shipped_scenes();

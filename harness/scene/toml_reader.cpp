@@ -193,6 +193,18 @@ std::vector<double> TomlReader::numbers(std::string_view key, std::size_t least,
   return values;
 }
 
+std::string TomlReader::text(std::string_view key) {
+  const toml::node& node = require(key);
+  if (node.is_array()) {
+    return fmt::format("{}", fmt::join(numbers(key, 0, std::numeric_limits<std::size_t>::max()), ","));
+  }
+  if (const auto whole = node.value_exact<std::int64_t>()) {
+    return std::to_string(*whole);
+  }
+  const auto words = node.value_exact<std::string>();
+  return words ? *words : fmt::format("{}", number(key, node));
+}
+
 template <>
 std::string TomlReader::get(std::string_view key) {
   const toml::node& node = require(key);

@@ -26,12 +26,15 @@ public:
 
   /// These ask for a key, too.
   [[nodiscard]] bool has(std::string_view key) { return find(key) != nullptr; }
-  [[nodiscard]] bool is_text(std::string_view key) { return has(key) && find(key)->is_string(); }
 
   /// The value of a key that must be there: a double, int, bool, std::string, std::array<double, 2> or
   /// std::vector<float>.
   template <typename Value>
   [[nodiscard]] Value get(std::string_view key);
+
+  /// The value of a key that must be there as the command line takes it: a text, a number or several with
+  /// commas.
+  [[nodiscard]] std::string text(std::string_view key);
 
   /// A list of so many numbers that must be there, one along each axis where at most three.
   [[nodiscard]] std::vector<double> numbers(std::string_view key, std::size_t least, std::size_t most);
@@ -56,14 +59,6 @@ public:
       into = static_cast<Enumeration>(choice(key, choices));
     }
   }
-  template <typename Enumeration>
-  void read(std::string_view key, std::span<const std::string_view> choices,
-            std::optional<Enumeration>& into) {
-    if (has(key)) {
-      into = static_cast<Enumeration>(choice(key, choices));
-    }
-  }
-
   /// Returns the index of the value in `choices`, among which it must be.
   [[nodiscard]] std::size_t choice(std::string_view key, std::span<const std::string_view> choices);
 

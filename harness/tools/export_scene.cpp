@@ -49,7 +49,7 @@ std::string method_text(const Scene& scene) {
 
 std::string scene_text(const Scene& scene, bool with_start) {
   const Schedule& schedule = scene.schedule;
-  const bool has_steps = (find_method(schedule.method, scene.energy).options & takes_steps) != 0;
+  const bool has_steps = find_method(schedule.method, scene.energy).takes.starts_with("steps");
   const std::string steps = has_steps ? fmt::format("steps = [{}]\n", scene.full.steps.text()) : "";
   std::string text =
       fmt::format("# The scene {0} at {1} x {2} pixels, as hdmbench export wrote it.\n"

@@ -93,14 +93,15 @@ struct BrainSlice {
                                    int classes, std::optional<Extent> size);
 
 /// Writes the displacement, in pixels, as a W x H x D image of physical 3-vectors in millimetres, along the
-/// axes of the space and not of the image, that ITK, 3D Slicer and ParaView open; .nrrd or .mha by the
-/// extension. The header carries the direction of the mapping and the
-/// unit as key/values. Written beside the target and renamed, so that no half-written file is left.
+/// axes of the space and not of the image, that ITK, 3D Slicer and ParaView open; .nrrd, .mha or .nii.gz by
+/// the extension. The header of the first two carries the direction of the mapping and the unit as
+/// key/values; that of NIfTI has floats for the place. Written beside the target and renamed, so that no
+/// half-written file is left.
 void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing,
                         const Placement& placement = {});
 
 /// The values as they are, float or 16-bit integer, as a W x H x D image of pixels with sides of `spacing`
-/// millimetres; .nrrd or .mha by the extension. read_scalar, read_vector and read_labels give them back to
+/// millimetres, in the same formats. read_scalar, read_vector and read_labels give them back to
 /// the bit. Written beside the target and renamed.
 void write_scalar(const std::filesystem::path& file, const ScalarField& field, double spacing,
                   const Placement& placement = {});

@@ -193,18 +193,21 @@ Pixels pixels_of(const Image& image, unsigned axes) {
 }
 
 itk::ImageIOBase::Pointer format_to_write(const std::filesystem::path& file, bool is_picture) {
-  const std::string extension = file.extension();
-  if (is_picture && extension == ".png") {
+  const std::string name = file.filename();
+  if (is_picture && name.ends_with(".png")) {
     return itk::PNGImageIO::New().GetPointer();
   }
-  if (!is_picture && extension == ".nrrd") {
+  if (!is_picture && name.ends_with(".nrrd")) {
     return itk::NrrdImageIO::New().GetPointer();
   }
-  if (!is_picture && extension == ".mha") {
+  if (!is_picture && name.ends_with(".mha")) {
     return itk::MetaImageIO::New().GetPointer();
   }
+  if (!is_picture && name.ends_with(".nii.gz")) {
+    return itk::NiftiImageIO::New().GetPointer();
+  }
   throw unwritable(file, is_picture ? "the name of a picture must end in .png"
-                                    : "the name of a field must end in .nrrd or .mha");
+                                    : "the name of a field must end in .nrrd, .mha or .nii.gz");
 }
 
 /// Where the disk is full, or a file may not be that large, ITK 5.2 frees memory twice, or reports success.

@@ -57,8 +57,8 @@ struct Pixels {
 using Values = std::variant<std::vector<unsigned char>, std::vector<std::int16_t>, std::vector<float>>;
 using Keys = std::vector<std::pair<std::string, std::string>>;
 
-/// Writes a picture as PNG, everything else as .nrrd or .mha by the file's extension. A file whose header
-/// tells `keys` is not compressed. Written beside the target and renamed. Throws InputError.
+/// Writes a picture as PNG, everything else as .nrrd, .mha or .nii.gz by the file's extension. A file whose
+/// header tells `keys` is not compressed. Written beside the target and renamed. Throws InputError.
 void write_pixels(const std::filesystem::path& file, const Geometry& geometry, const Values& values,
                   const Keys& keys = {});
 

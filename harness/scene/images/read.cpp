@@ -29,8 +29,10 @@ InputError unreadable(const std::filesystem::path& file, std::string_view why) {
 /// rotation, mirrored or not.
 void require_volume(const std::filesystem::path& file, Extent extent, const images::Geometry& geometry) {
   if (std::min({extent.width, extent.height, extent.depth}) < 2) {
-    throw unreadable(file, fmt::format("a volume of {} voxels is not possible, each side must be at least 2",
-                                       extent.text()));
+    throw unreadable(
+        file, fmt::format("a volume of {} voxels is not possible, each side must be at least 2; one slice "
+                          "along the third axis is an image",
+                          extent.text()));
   }
   const auto& [x, y, z] = geometry.spacing;
   if (!(std::abs(x - y) <= square_tolerance * x && std::abs(x - z) <= square_tolerance * x)) {
