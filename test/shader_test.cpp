@@ -8,9 +8,10 @@
 #include "test/files.hpp"
 
 #include <shaders/coarse_levels_vulkan.hpp>
-#include <shaders/elastic_coarse_vulkan.hpp>
+#include <shaders/elastic_image_together_vulkan.hpp>
+#include <shaders/elastic_image_vulkan.hpp>
+#include <shaders/elastic_volume_together_vulkan.hpp>
 #include <shaders/elastic_volume_vulkan.hpp>
-#include <shaders/elastic_vulkan.hpp>
 #include <shaders/levels_volume_vulkan.hpp>
 #include <shaders/levels_vulkan.hpp>
 #include <shaders/passes_fragment.hpp>
@@ -62,8 +63,7 @@ TEST(Shaders, AreStrictGlsl) {
   }
   std::vector<ProgramKind> kinds{
       {.kernel = Kernel::coarse_levels,
-       .constants = {{"INVOCATIONS", 64}, {"STEP_COUNT", 5}, {"STOPS_AT_REST", 1}}},
-      {.kernel = Kernel::elastic_coarse, .constants = {{"LANES", 16}, {"ROWS", 4}, {"IN_SHARED", 1}}}};
+       .constants = {{"INVOCATIONS", 64}, {"STEP_COUNT", 5}, {"STOPS_AT_REST", 1}}}};
   for (int number = 0; number < 3; ++number) {
     for (const std::size_t axes : {2, 3}) {
       kinds.push_back({.kernel = Kernel::levels, .constants = {{"PASS", number}}, .axes = axes});
@@ -87,16 +87,18 @@ TEST(Shaders, AreStrictGlsl) {
                                  .is_image = is_image,
                                  .has_masked = !is_image};
       texts.emplace_back("elastic.frag", gl::elastic_fragment_text(kernel));
-      kinds.push_back({.kernel = Kernel::elastic,
-                       .constants = {{"STEP", step},
-                                     {"HAS_LOAD", step % 2},
-                                     {"IS_IMAGE", is_image},
-                                     {"BY_LIST", !is_image},
-                                     {"LANES", 16},
-                                     {"ROWS", 4}}});
-      kinds.push_back(kinds.back());
-      kinds.back().kernel = Kernel::elastic_volume;
-      kinds.back().constants.push_back({"COLUMNS", 2});
+      for (const std::size_t axes : {2, 3}) {
+        kinds.push_back({.kernel = Kernel::elastic,
+                         .constants = {{"TOGETHER", step == static_cast<int>(ElasticStep::squares)},
+                                       {"STEP", step},
+                                       {"HAS_LOAD", step % 2},
+                                       {"IS_IMAGE", is_image},
+                                       {"BY_LIST", !is_image},
+                                       {"LANES", 16},
+                                       {"ROWS", 4},
+                                       {"COLUMNS", 2}},
+                         .axes = axes});
+      }
     }
   }
   for (const ProgramKind& kind : kinds) {
@@ -139,9 +141,11 @@ TEST(Shaders, VulkanMayNotContractAnyFloatOperation) {
   for (const std::span<const std::uint32_t> shader :
        {std::span<const std::uint32_t>(sweep_vulkan), std::span<const std::uint32_t>(sweep_volume_vulkan),
         std::span<const std::uint32_t>(levels_vulkan), std::span<const std::uint32_t>(levels_volume_vulkan),
-        std::span<const std::uint32_t>(coarse_levels_vulkan), std::span<const std::uint32_t>(elastic_vulkan),
-        std::span<const std::uint32_t>(elastic_coarse_vulkan),
-        std::span<const std::uint32_t>(elastic_volume_vulkan)}) {
+        std::span<const std::uint32_t>(coarse_levels_vulkan),
+        std::span<const std::uint32_t>(elastic_image_vulkan),
+        std::span<const std::uint32_t>(elastic_volume_vulkan),
+        std::span<const std::uint32_t>(elastic_image_together_vulkan),
+        std::span<const std::uint32_t>(elastic_volume_together_vulkan)}) {
     const Arithmetic found = count_arithmetic(shader);
     EXPECT_GT(found.operations, 8);
     EXPECT_EQ(found.contractible, 0);

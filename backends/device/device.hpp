@@ -82,7 +82,7 @@ private:
 
 /// The texts of kernels/shaders, by what they do. A folder of an API knows which text of its language that
 /// is.
-enum class Kernel { sweep, levels, coarse_levels, elastic, elastic_coarse, elastic_volume, loops };
+enum class Kernel { sweep, levels, coarse_levels, elastic, loops };
 
 /// What a program is compiled for.
 struct ProgramKind {

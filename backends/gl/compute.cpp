@@ -5,9 +5,7 @@
 
 #include <fmt/format.h>
 #include <shaders/coarse_levels_compute.hpp>
-#include <shaders/elastic_coarse_compute.hpp>
 #include <shaders/elastic_compute.hpp>
-#include <shaders/elastic_volume_compute.hpp>
 #include <shaders/levels_compute.hpp>
 #include <shaders/loops_compute.hpp>
 #include <shaders/sweep_compute.hpp>
@@ -32,10 +30,8 @@ GLenum format_of(Kind kind) {
 }
 
 /// In the order of Kernel.
-constexpr std::array texts{sources::sweep_compute,          sources::levels_compute,
-                           sources::coarse_levels_compute,  sources::elastic_compute,
-                           sources::elastic_coarse_compute, sources::elastic_volume_compute,
-                           sources::loops_compute};
+constexpr std::array texts{sources::sweep_compute, sources::levels_compute, sources::coarse_levels_compute,
+                           sources::elastic_compute, sources::loops_compute};
 
 /// What a context has bound, by backends/device/device.hpp.
 using Bound = std::array<const Array*, binding::count>;

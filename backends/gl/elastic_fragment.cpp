@@ -129,7 +129,7 @@ private:
     const ElasticParameters& p = call.parameters;
     kernel.program.use();
     if (kernel.extent >= 0) {
-      gl_.Uniform2f(kernel.extent, static_cast<GLfloat>(p.from_width), static_cast<GLfloat>(p.from_height));
+      gl_.Uniform2f(kernel.extent, static_cast<GLfloat>(p.from.width), static_cast<GLfloat>(p.from.height));
     }
     if (kernel.numbers >= 0) {
       gl_.Uniform4f(kernel.numbers, p.nu, p.shear, p.factor, 0.0F);
@@ -142,7 +142,7 @@ private:
     constants.response.bind(response);
     (call.kernel.step == ElasticStep::solve ? *inverse_ : *matrices_).bind(matrices);
     texture(call.to).draw_into();
-    quad_.draw(call.to.slot < elastic_slots ? 1 : 0, {p.width, p.height});
+    quad_.draw(call.to.slot < elastic_slots ? 1 : 0, {p.to.width, p.to.height});
   }
 
   [[nodiscard]] Target& texture(ElasticArray array) {

@@ -6,7 +6,6 @@
 
 #include <fmt/format.h>
 #include <shaders/elastic_opencl.hpp>
-#include <shaders/elastic_volume_opencl.hpp>
 #include <shaders/levels_opencl.hpp>
 #include <shaders/loops_opencl.hpp>
 #include <shaders/sweep_opencl.hpp>
@@ -142,9 +141,6 @@ struct Source {
 
 Source source_of(Kernel kernel) {
   using namespace binding;
-  static const std::vector<std::size_t> of_elastic{ELASTIC_FROM,    ELASTIC_SECOND,   ELASTIC_STORED,
-                                                   ELASTIC_MOMENTS, ELASTIC_RESPONSE, ELASTIC_TOUCHED,
-                                                   ELASTIC_MORE,    ELASTIC_MATRICES, ELASTIC_INVERSE};
   static const std::map<Kernel, Source> all{
       // the others are for devices with shared memory
       {Kernel::sweep,
@@ -156,8 +152,11 @@ Source source_of(Kernel kernel) {
         {displacement, improved, material, observation, sampled_material, sampled_observation, entries,
          counter},
         sources::levels_opencl}},
-      {Kernel::elastic, {"elastic_step", of_elastic, sources::elastic_opencl}},
-      {Kernel::elastic_volume, {"elastic_step", of_elastic, sources::elastic_volume_opencl}},
+      {Kernel::elastic,
+       {"elastic_step",
+        {ELASTIC_FROM, ELASTIC_SECOND, ELASTIC_THIRD, ELASTIC_STORED, ELASTIC_MOMENTS, ELASTIC_RESPONSE,
+         ELASTIC_MATRICES, ELASTIC_INVERSE, ELASTIC_TOUCHED},
+        sources::elastic_opencl}},
       {Kernel::loops, {"loop", {source, target}, sources::loops_opencl}}};
   return all.at(kernel);
 }

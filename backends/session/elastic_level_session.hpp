@@ -13,7 +13,7 @@ namespace hdmbench {
 /// A session of the elastic energy over `Steps`, which is made of an Owner (OnDevice) and has arrays and
 /// kernels: has_volumes, load(hierarchy, layout), write(), read() and read_sum() of an ElasticArray, and
 /// run(), which need not wait until the work is done. Steps::block: sites a side of the blocks that one
-/// kernel sums up; coarse_size(): how long the arrays of levels may be that an ElasticCoarse has, 0 where
+/// kernel sums up; coarse_size(): how long the arrays of levels may be that an ElasticTogether has, 0 where
 /// there is none. Every step writes an array that is to spare, which then takes the field's place.
 template <typename Owner, typename Steps>
 class ElasticLevelSession final : public ElasticSession {
@@ -30,9 +30,9 @@ public:
     }
     std::int64_t most_coarse = 0;
     on_device([&](Steps& steps) {
-      layout_ = ElasticLayout(hierarchy, block());
+      layout_ = ElasticLayout(hierarchy, Steps::block);
       steps.load(hierarchy, layout_);
-      most_coarse = is_volume_ ? 0 : steps.coarse_size();
+      most_coarse = steps.coarse_size();
     });
     hierarchy_ = &hierarchy;
     slots_.assign(hierarchy.levels.size(), initial_slots);
@@ -111,7 +111,7 @@ public:
     run({.step = ElasticStep::products}, array(0, first), array(0, second), sums, extent, blocks);
     while (blocks.sites() > 1) {
       extent = blocks;
-      blocks = ElasticLayout::blocks_of(extent, block());
+      blocks = ElasticLayout::blocks_of(extent, Steps::block);
       const ElasticArray from =
           std::exchange(sums, {.slot = sums.slot == elastic_sums ? elastic_sums + 1 : elastic_sums});
       run({.step = ElasticStep::squares}, from, from, sums, extent, blocks);
@@ -143,8 +143,6 @@ private:
   [[nodiscard]] const ElasticLayout::Part& part(ElasticArray of) const {
     return of.slot < elastic_slots ? layout_.levels[static_cast<std::size_t>(of.level)] : layout_.sums;
   }
-  /// Sites along an axis that one kernel sums up. Of volumes the least text: 2 x 2 x 2.
-  [[nodiscard]] int block() const { return is_volume_ ? 2 : Steps::block; }
   [[nodiscard]] int levels() const { return static_cast<int>(slots_.size()); }
   [[nodiscard]] bool has_masked(int level) const {
     return !hierarchy_->levels[static_cast<std::size_t>(level)].masked.empty();
@@ -163,28 +161,23 @@ private:
   }
   void run(const ElasticKernel& kernel, ElasticArray from, ElasticArray second, ElasticArray to,
            Extent from_sites, Extent sites, float factor = 0.0F) const {
-    const auto whole = [](std::int64_t number) { return static_cast<std::int32_t>(number); };
-    const ElasticParameters parameters{.width = sites.width,
-                                       .height = sites.height,
-                                       .first = whole(part(to).first),
-                                       .pitch = whole(part(to).pitch),
-                                       .from_first = whole(part(from).first),
-                                       .from_pitch = whole(part(from).pitch),
-                                       .from_width = from_sites.width,
-                                       .from_height = from_sites.height,
-                                       .second_first = whole(part(second).first),
-                                       .second_pitch = whole(part(second).pitch),
-                                       .nu = hierarchy_->ratio.nu,
+    const auto place = [](const ElasticLayout::Part& part, Extent extent) {
+      return ElasticParameters::Place{.width = extent.width,
+                                      .height = extent.height,
+                                      .depth = extent.depth,
+                                      .first = static_cast<std::int32_t>(part.first),
+                                      .pitch = static_cast<std::int32_t>(part.pitch),
+                                      .layer = static_cast<std::int32_t>(part.layer)};
+    };
+    const ElasticParameters parameters{.nu = hierarchy_->ratio.nu,
                                        .shear = hierarchy_->ratio.shear,
-                                       .factor = factor,
-                                       .plane = whole(layout_.size),
-                                       .depth = sites.depth,
-                                       .layer = whole(part(to).layer),
-                                       .from_depth = from_sites.depth,
-                                       .from_layer = whole(part(from).layer),
-                                       .second_layer = whole(part(second).layer),
                                        .lame = hierarchy_->lame,
-                                       .moments_from = whole(layout_.moments_from())};
+                                       .plane = static_cast<std::int32_t>(layout_.size),
+                                       .moments_from = static_cast<std::int32_t>(layout_.moments_from()),
+                                       .factor = factor,
+                                       .to = place(part(to), sites),
+                                       .from = place(part(from), from_sites),
+                                       .second = place(part(second), part(second).sites)};
     calls_.push_back({kernel, from, second, to, parameters});
     constexpr std::size_t most = 1024;
     if (calls_.size() == most) {
@@ -198,7 +191,7 @@ private:
     std::vector<ElasticWork> work;
     for (auto call = calls.begin(); call != calls.end();) {
       auto end = call;
-      while (end != calls.end() && is_coarse(*end) && end - call < ELASTIC_COARSE_STEPS) {
+      while (end != calls.end() && is_coarse(*end) && end - call < ELASTIC_TOGETHER_STEPS) {
         ++end;
       }
       constexpr int worth_it = 3;
@@ -221,16 +214,20 @@ private:
     const ElasticLayout::Part& finest = layout_.levels[static_cast<std::size_t>(coarse_)];
     return finest.first - ElasticLayout::alone(finest.sites).first;
   }
-  [[nodiscard]] ElasticCoarse together(std::span<const ElasticCall> calls) const {
+  [[nodiscard]] ElasticTogether together(std::span<const ElasticCall> calls) const {
     const ElasticLayout::Part& finest = layout_.levels[static_cast<std::size_t>(coarse_)];
-    ElasticCoarse coarse{.base = static_cast<std::int32_t>(coarse_base()),
-                         .size = static_cast<std::int32_t>(coarse_size()),
-                         .finest = coarse_,
-                         .width = finest.sites.width,
-                         .height = finest.sites.height,
-                         .steps = static_cast<std::int32_t>(calls.size()),
-                         .nu = hierarchy_->ratio.nu,
-                         .shear = hierarchy_->ratio.shear};
+    ElasticTogether coarse{.nu = hierarchy_->ratio.nu,
+                           .shear = hierarchy_->ratio.shear,
+                           .lame = hierarchy_->lame,
+                           .plane = static_cast<std::int32_t>(layout_.size),
+                           .moments_from = static_cast<std::int32_t>(layout_.moments_from()),
+                           .base = static_cast<std::int32_t>(coarse_base()),
+                           .size = static_cast<std::int32_t>(coarse_size()),
+                           .finest = coarse_,
+                           .width = finest.sites.width,
+                           .height = finest.sites.height,
+                           .depth = finest.sites.depth,
+                           .steps = static_cast<std::int32_t>(calls.size())};
     std::ranges::transform(calls, coarse.codes.begin(), [&](const ElasticCall& call) {
       return static_cast<std::int32_t>(call.kernel.step) | call.from.slot << 4 | call.second.slot << 6 |
              call.to.slot << 8 | (call.from.level - coarse_) << 10;

@@ -82,49 +82,44 @@ std::vector<float> elastic_matrices(const ElasticHierarchy& hierarchy) {
   return texels;
 }
 
-std::vector<std::array<int, 3>> sites_beside_masked(const ElasticLevel& level) {
-  std::vector<std::array<int, 3>> sites;
-  for (int z = 0; z < level.grid.sites.depth; ++z) {
-    for (int y = 0; y < level.grid.sites.height; ++y) {
-      const std::size_t before = sites.size();
-      for (const int row : {0, 1, 2, 3}) {
-        const auto [first, last] = level.masked.row(y - row % 2, z - row / 2);
-        for (std::size_t i = first; i < last; ++i) {
-          const int x = level.masked.x[i];
-          sites.insert(sites.end(), {{x, y, z}, {x + 1, y, z}});
-        }
-      }
-      const auto begin = sites.begin() + static_cast<std::ptrdiff_t>(before);
-      std::sort(begin, sites.end());
-      sites.erase(std::unique(begin, sites.end()), sites.end());
-    }
-  }
-  return sites;
-}
+constexpr std::array<std::int32_t, 8> unmasked{-1, -1, -1, -1, -1, -1, -1, -1};
 
-std::vector<std::vector<TouchedSite>> touched_sites(const ElasticHierarchy& hierarchy) {
-  std::vector<std::vector<TouchedSite>> levels;
+std::vector<std::int32_t> touched_sites(const ElasticHierarchy& hierarchy) {
+  const bool is_volume = hierarchy.levels.front().grid.axes() == 3;
+  const std::size_t corners = is_volume ? 8 : 4;
+  std::vector<std::int32_t> words(2 * hierarchy.levels.size());
   std::int32_t first_matrix = 0;
-  for (const ElasticLevel& level : hierarchy.levels) {
-    std::vector<TouchedSite>& sites = levels.emplace_back();
-    for (int y = 0; y < level.grid.sites.height; ++y) {
-      std::map<int, TouchedSite> row;
-      for (const int below : {0, 1}) {
-        const auto [first, last] = level.masked.row(y - 1 + below);
-        for (std::size_t i = first; i < last; ++i) {
-          const int x = level.masked.x[i];
-          const std::int32_t number = first_matrix + static_cast<std::int32_t>(i);
-          row[x].masked.at(static_cast<std::size_t>(2 * below + 1)) = number;
-          row[x + 1].masked.at(static_cast<std::size_t>(2 * below)) = number;
+  for (std::size_t number = 0; number < hierarchy.levels.size(); ++number) {
+    const ElasticLevel& level = hierarchy.levels[number];
+    const auto begin = static_cast<std::int32_t>(words.size());
+    for (int z = 0; z < level.grid.sites.depth; ++z) {
+      for (int y = 0; y < level.grid.sites.height; ++y) {
+        std::map<int, std::array<std::int32_t, 8>> row; // cells by x, y, z from the lowest bit
+        for (std::size_t cells = 0; cells < corners / 2; ++cells) {
+          const int south = static_cast<int>(cells % 2);
+          const int behind = static_cast<int>(cells / 2);
+          const auto [first, last] = level.masked.row(y - 1 + south, is_volume ? z - 1 + behind : z);
+          for (std::size_t i = first; i < last; ++i) {
+            for (const int west : {0, 1}) {
+              const auto added = row.try_emplace(level.masked.x[i] + west, unmasked).first;
+              added->second.at(2 * cells + 1 - static_cast<std::size_t>(west)) =
+                  first_matrix + static_cast<std::int32_t>(i);
+            }
+          }
+        }
+        for (const auto& [x, matrices] : row) {
+          words.insert(words.end(), {x, is_volume ? y : 0, is_volume ? z : y, 0});
+          words.insert(words.end(), matrices.begin(),
+                       matrices.begin() + static_cast<std::ptrdiff_t>(corners));
         }
       }
-      for (const auto& [x, site] : row) {
-        sites.push_back({.x = x, .y = y, .masked = site.masked});
-      }
     }
+    words[2 * number] = begin;
+    words[2 * number + 1] =
+        (static_cast<std::int32_t>(words.size()) - begin) / static_cast<std::int32_t>(4 + corners);
     first_matrix += static_cast<std::int32_t>(level.masked.x.size());
   }
-  return levels;
+  return words;
 }
 
 } // namespace hdmbench

@@ -72,18 +72,10 @@ struct ElasticTexels {
 constexpr std::size_t elastic_matrices_across = 64;
 constexpr std::size_t elastic_matrix_texels = 16;
 
-/// Sites beside masked cells of a level of a volume, in reading order.
-[[nodiscard]] std::vector<std::array<int, 3>> sites_beside_masked(const ElasticLevel& level);
-
-/// A site beside masked cells, and the numbers of the matrices of its cells in reading order, -1 where there
-/// is none.
-struct TouchedSite {
-  std::int32_t x = 0;
-  std::int32_t y = 0;
-  std::array<std::int32_t, 4> masked{-1, -1, -1, -1};
-};
-/// Of each level, in reading order. Matrices are numbered through all levels.
-[[nodiscard]] std::vector<std::vector<TouchedSite>> touched_sites(const ElasticHierarchy& hierarchy);
+/// For each level where its list begins and how many sites are in it, then the lists: of a site beside masked
+/// cells x, y and z as elastic_sites.h counts them, 0, and the numbers of the matrices of its cells in
+/// reading order, -1 where there is none. Matrices are numbered through all levels.
+[[nodiscard]] std::vector<std::int32_t> touched_sites(const ElasticHierarchy& hierarchy);
 
 /// An array of a device: the components of the sites of a level.
 struct ElasticArray {
@@ -122,34 +114,28 @@ struct ElasticKernel {
   auto operator<=>(const ElasticKernel&) const = default;
 };
 
-/// As kernels have them; first, pitch and layer as ElasticLayout::Part. What does not change of a level lies
-/// as `from`.
+/// As kernels have them, words. What does not change of a level lies as `from`.
 struct ElasticParameters {
-  std::int32_t width = 0; ///< of `to`: what is computed
-  std::int32_t height = 0;
-  std::int32_t first = 0;
-  std::int32_t pitch = 0;
-  std::int32_t from_first = 0;
-  std::int32_t from_pitch = 0;
-  std::int32_t from_width = 0;
-  std::int32_t from_height = 0;
-  std::int32_t second_first = 0;
-  std::int32_t second_pitch = 0;
-  std::int32_t listed_first = 0; ///< of the level in the list of touched sites, or of planes in that of rows
-  std::int32_t listed = 0;
+  /// Sites, and where they lie in an array, as ElasticLayout::Part.
+  struct Place {
+    std::int32_t width = 0;
+    std::int32_t height = 0;
+    std::int32_t depth = 0;
+    std::int32_t first = 0;
+    std::int32_t pitch = 0;
+    std::int32_t layer = 0;
+  };
   float nu = 0.0F;
   float shear = 0.0F;
-  float factor = 0.0F;
-  std::int32_t plane = 0; ///< floats from the plane of a component to the next
-  std::int32_t depth = 1; ///< this and what follows is told of volumes only
-  std::int32_t layer = 0;
-  std::int32_t from_depth = 1;
-  std::int32_t from_layer = 0;
-  std::int32_t second_layer = 0;
-  float lame = 0.0F;
+  float lame = 0.0F;             ///< in place of both in a volume
+  std::int32_t plane = 0;        ///< floats from the plane of a component to the next
   std::int32_t moments_from = 0; ///< sites before the first level with moments, in a volume the second
-
-  static constexpr std::size_t words_of_image = 16;
+  float factor = 0.0F;
+  std::int32_t listed_first = 0; ///< of the level in touched_sites()
+  std::int32_t listed = 0;
+  Place to; ///< what is computed
+  Place from;
+  Place second;
 };
 
 struct ElasticCall {
@@ -160,23 +146,27 @@ struct ElasticCall {
   ElasticParameters parameters;
 };
 
-/// Steps on the coarsest levels in one go, as elastic_coarse.comp has them. Their arrays begin with those of
-/// the level `finest`.
-struct ElasticCoarse {
+/// Steps on the coarsest levels in one go, by one work group. Their arrays begin with those of the level
+/// `finest`.
+struct ElasticTogether {
+  float nu = 0.0F; ///< this and what follows as ElasticParameters
+  float shear = 0.0F;
+  float lame = 0.0F;
+  std::int32_t plane = 0;
+  std::int32_t moments_from = 0;
   std::int32_t base = 0; ///< where they begin in those of all levels
   std::int32_t size = 0;
   std::int32_t finest = 0;
   std::int32_t width = 0; ///< of the finest
   std::int32_t height = 0;
+  std::int32_t depth = 0;
   std::int32_t steps = 0;
-  float nu = 0.0F;
-  float shear = 0.0F;
   /// From the lowest bit: 4 of the step, 2 for each of from, second and to, the rest the level of `from`
   /// counted from the finest.
-  std::array<std::int32_t, ELASTIC_COARSE_STEPS> codes{};
+  std::array<std::int32_t, ELASTIC_TOGETHER_STEPS> codes{};
 };
 
-/// ElasticCoarse only where a device has a coarse_size().
-using ElasticWork = std::variant<ElasticCall, ElasticCoarse>;
+/// ElasticTogether only where a device has a coarse_size().
+using ElasticWork = std::variant<ElasticCall, ElasticTogether>;
 
 } // namespace hdmbench

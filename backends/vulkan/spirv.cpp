@@ -19,9 +19,10 @@ namespace hdmbench::vulkan {
 namespace {
 
 // SPIR-V, as arrays levels_vulkan and so on.
-#include <shaders/elastic_coarse_vulkan.hpp>
+#include <shaders/elastic_image_together_vulkan.hpp>
+#include <shaders/elastic_image_vulkan.hpp>
+#include <shaders/elastic_volume_together_vulkan.hpp>
 #include <shaders/elastic_volume_vulkan.hpp>
-#include <shaders/elastic_vulkan.hpp>
 #include <shaders/levels_volume_vulkan.hpp>
 #include <shaders/levels_vulkan.hpp>
 #include <shaders/loops_vulkan.hpp>
@@ -30,13 +31,16 @@ std::span<const std::uint32_t> text_of(const ProgramKind& kind) {
   const EnergyPrograms& programs = programs_of(*kind.energy);
   using Text = std::span<const std::uint32_t>;
   const bool is_volume = kind.axes > 2;
-  const std::array<Text, 7> in_order_of_kernel{is_volume ? programs.vulkan_sweep_of_volumes
+  if (kind.kernel == Kernel::elastic) {
+    const bool together = kind.constants.front().value != 0;
+    return is_volume ? (together ? Text(elastic_volume_together_vulkan) : elastic_volume_vulkan)
+                     : (together ? Text(elastic_image_together_vulkan) : elastic_image_vulkan);
+  }
+  const std::array<Text, 5> in_order_of_kernel{is_volume ? programs.vulkan_sweep_of_volumes
                                                          : programs.vulkan_sweep,
                                                is_volume ? levels_volume_vulkan : Text(levels_vulkan),
                                                programs.vulkan_coarse_levels,
-                                               elastic_vulkan,
-                                               elastic_coarse_vulkan,
-                                               elastic_volume_vulkan,
+                                               {},
                                                loops_vulkan};
   return in_order_of_kernel.at(static_cast<std::size_t>(kind.kernel));
 }

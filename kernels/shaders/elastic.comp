@@ -1,121 +1,101 @@
 #version 430
 #extension GL_GOOGLE_include_directive : require
 
-// A step of the elastic energy for all sites of a level: an invocation goes down ROWS sites, of COLUMNS columns for relax
-// and residual, so that each row is fetched once and what a cell does to its lower corners is kept, of two where a coarser
-// level is interpolated, and of one for the others. Or, of relax and residual, for the sites of a list, those beside masked
-// cells.
+// Steps of the elastic energy (elastic_sites.h): numbers of a site are texels of four, its components of an image of two.
+// Several steps in one work group are done in a buffer that is read and written, so that no dispatch is between them.
 
-#include "elastic_arrays.glsl"
+#define real float
+#define HDM_FUNCTION
+#define HDM_PRECISE precise
+#define HDM_NUMBER(value) float(value)
 
-#ifdef VULKAN
-layout(constant_id = 0) const int work = 0;
-layout(constant_id = 1) const bool has_load = false;
-layout(constant_id = 2) const bool is_image = false;
-layout(constant_id = 3) const bool by_list = false;
-layout(local_size_x_id = 4) in;
-layout(constant_id = 5) const int ROWS = 1;
+#include "elastic_steps.h"
+
+#ifdef VULKAN // with HDM_AXES and TOGETHER
+layout(constant_id = 1) const int STEP = 0;
+layout(constant_id = 2) const int HAS_LOAD = 0;
+layout(constant_id = 3) const int IS_IMAGE = 0;
+layout(constant_id = 4) const int BY_LIST = 0;
+layout(local_size_x_id = 5) in;
+layout(constant_id = 6) const int ROWS = 1;
+layout(constant_id = 7) const int COLUMNS = 1;
 const int LANES = int(gl_WorkGroupSize.x);
-layout(push_constant) uniform Parameters { int parameters[16]; };
-#else // supplied after #version
-const int work = STEP;
-const bool has_load = HAS_LOAD != 0;
-const bool is_image = IS_IMAGE != 0;
-const bool by_list = BY_LIST != 0;
+layout(push_constant) uniform Told { int told[32]; };
+#define samplerBuffer textureBuffer
+#else // the others supplied after #version
 layout(local_size_x = LANES) in;
-layout(location = 0) uniform int parameters[16];
+layout(location = 0) uniform int told[32];
 #endif
-const int base = 0;
 
-// ElasticParameters.
-#define width parameters[0]
-#define height parameters[1]
-#define first parameters[2]
-#define pitch parameters[3]
-#define from_first parameters[4]
-#define from_pitch parameters[5]
-#define from_width parameters[6]
-#define from_height parameters[7]
-#define second_first parameters[8]
-#define second_pitch parameters[9]
-#define listed_first parameters[10]
-#define listed parameters[11]
-#define ratio PoissonRatio(intBitsToFloat(parameters[12]), intBitsToFloat(parameters[13]))
-#define factor intBitsToFloat(parameters[14])
+#if HDM_AXES == 3
+#define COMPONENTS rgba32f
+#define TEXEL(c) vec4(c.along[0], c.along[1], c.along[2], 0.0)
+#else
+#define COMPONENTS rg32f
+#define TEXEL(c) vec4(c.along[0], c.along[1], 0.0, 0.0)
+#endif
+layout(binding = ELASTIC_STORED, COMPONENTS) uniform restrict writeonly imageBuffer stored;
+layout(binding = ELASTIC_STORED_SECOND, COMPONENTS) uniform restrict writeonly imageBuffer stored_second;
+layout(binding = ELASTIC_STORED_THIRD, COMPONENTS) uniform restrict writeonly imageBuffer stored_third;
+layout(binding = ELASTIC_KEPT, COMPONENTS) uniform coherent imageBuffer kept; // three fields of coarse levels
+layout(std430, binding = ELASTIC_TOUCHED) readonly buffer Touched { int touched[]; };
+layout(std430, binding = ELASTIC_INVERSE) readonly buffer Inverse { float inverse[]; };
+layout(binding = ELASTIC_FROM) uniform samplerBuffer from;
+layout(binding = ELASTIC_SECOND) uniform samplerBuffer second;
+layout(binding = ELASTIC_THIRD) uniform samplerBuffer third;
+layout(binding = ELASTIC_MOMENTS) uniform samplerBuffer moments;
+layout(binding = ELASTIC_RESPONSE) uniform samplerBuffer response;
+layout(binding = ELASTIC_MATRICES) uniform samplerBuffer matrices;
 
-vec2 from_at(int i) { return texelFetch(from, i).xy; }
-vec2 second_at(int i) { return texelFetch(second, i).xy; }
-void store(int i, vec2 value) { imageStore(stored, i, vec4(value, 0.0, 0.0)); }
+#define ARRAYS
+#define WITH_ARRAYS
+#define COUNT(left) COLUMNS
+#define SITES_SIDE_BY_SIDE
+// Rasterizers on the CPU execute both sides of a branch, but leave a loop when all are done.
+#define ONLY_IF(condition) for (bool once = condition; once; once = false)
+#define MY(name) work.name
+#define WORK_OF_ITEM Work work;
+#define TOLD(i) told[i]
+#define REAL_TOLD(i) intBitsToFloat(told[i])
+#define NUMBER_OF(array, texels, i, entry) texelFetch(array, (texels) * (i) + (entry) / 4)[(entry) % 4]
+#define RESPONSE(i, entry) NUMBER_OF(response, HDM_AXES - 1, base + (i), entry)
+#define MOMENT(i, number) NUMBER_OF(moments, 4 * HDM_AXES - 6, base + (i) - moments_from, number)
+#define MATRIX(i) texelFetch(matrices, (i) >> 2)[(i) & 3]
+#define INVERSE(i) inverse[i]
+#define TOUCHED(i) touched[i]
+#if TOGETHER == 0
+#define FROM(i, axis) texelFetch(from, i)[axis]
+#define SECOND(i, axis) texelFetch(second, i)[axis]
+#define STORE(i, components) imageStore(stored, i, TEXEL(components))
+#else
+#define KEPT(slot, i) (work.slot * ELASTIC_COARSE_SITES + (i))
+#define FROM(i, axis) imageLoad(kept, KEPT(from_slot, i))[axis]
+#define SECOND(i, axis) imageLoad(kept, KEPT(second_slot, i))[axis]
+#define STORE(i, components) imageStore(kept, KEPT(stored_slot, i), TEXEL(components))
+#endif
+#define WAIT_FOR_ALL     \
+  memoryBarrierImage();  \
+  barrier()
 
-#include "elastic_sites.glsl"
-
-// Of what is summed up, 0 beyond its border. Without a branch: there are 64 of these in a row, and a compiler that looks
-// for paths through them doubles its search with each.
-real term_at(int x, int y) {
-  ivec2 last = ivec2(from_width - 1, from_height - 1);
-  ivec2 at = min(ivec2(x, y), last);
-  vec2 value = from_at(from_first + at.y * from_pitch + at.x);
-  real term = value.x;
-  if (work != ELASTIC_SQUARES) {
-    vec2 other = second_at(second_first + at.y * second_pitch + at.x);
-    term = site_product(value.x, other.x, value.y, other.y);
-  }
-  bool inside = all(equal(at, ivec2(x, y)));
-  real none = 0.0;
-  return inside ? term : none;
-}
-real sum_of_2(int x, int y) {
-  return square_sum(term_at(x, y), term_at(x + 1, y), term_at(x, y + 1), term_at(x + 1, y + 1));
-}
-real sum_of_4(int x, int y) {
-  return square_sum(sum_of_2(x, y), sum_of_2(x + 2, y), sum_of_2(x, y + 2), sum_of_2(x + 2, y + 2));
-}
-real sum_of_8(int x, int y) {
-  return square_sum(sum_of_4(x, y), sum_of_4(x + 4, y), sum_of_4(x, y + 4), sum_of_4(x + 4, y + 4));
-}
-
-vec2 result_at(int x, int y) {
-  int at = from_first + y * from_pitch + x; // where from's sites are those of `to`
-  if (work == ELASTIC_RELAX_FROM_ZERO) {
-    return relaxed_from_zero(at);
-  }
-  if (work == ELASTIC_RESTRICT) {
-    return restricted_at(x, y);
-  }
-  if (work == ELASTIC_SOLVE) {
-    return solved_at(x, y);
-  }
-  if (work == ELASTIC_ADVANCE) {
-    vec2 value = from_at(at);
-    vec2 direction = second_at(at);
-    return vec2(advanced(value.x, factor, direction.x), advanced(value.y, factor, direction.y));
-  }
-  return vec2(sum_of_8(8 * x, 8 * y), 0.0);
-}
+#include "elastic_sites.h"
 
 void main() {
-  int x = int(gl_GlobalInvocationID.x);
-  int first_row = ROWS * int(gl_WorkGroupID.y);
-  int end = min(first_row + ROWS, height);
-  if (by_list) {
-    int number = int(gl_WorkGroupID.y) * ELASTIC_LIST_GROUPS * LANES + x;
-    if (number < listed) {
-      ivec2 site = ivec2(texelFetch(touched, listed_first + number).xy);
-      sweep_listed(site.x, site.y);
-    }
-  } else if (work == ELASTIC_RELAX || work == ELASTIC_RESIDUAL) {
-    if (COLUMNS * x < width) {
-      sweep_columns(COLUMNS * x, first_row, end);
-    }
-  } else if (work == ELASTIC_INTERPOLATE || work == ELASTIC_CORRECT) {
-    if (2 * x < width) {
-      for (int y = first_row; y < end; y += 2) {
-        correct_block(2 * x, y);
-      }
-    }
-  } else if (x < width) {
-    for (int y = first_row; y < end; ++y) {
-      store(first + y * pitch + x, result_at(x, y));
-    }
+  int lane = int(gl_LocalInvocationID.x);
+#if TOGETHER == 0
+  int group = int(gl_WorkGroupID.y) * int(gl_NumWorkGroups.x) + int(gl_WorkGroupID.x);
+  do_share(group * LANES + lane, int(gl_NumWorkGroups.y) * int(gl_NumWorkGroups.x) * LANES);
+#else
+  for (int i = lane; i < TOLD(6); i += LANES) {
+    imageStore(kept, i, texelFetch(from, base + i));
+    imageStore(kept, ELASTIC_COARSE_SITES + i, texelFetch(second, base + i));
+    imageStore(kept, 2 * ELASTIC_COARSE_SITES + i, texelFetch(third, base + i));
   }
+  WAIT_FOR_ALL;
+  do_share(lane, LANES);
+  for (int i = lane; i < TOLD(6); i += LANES) {
+    imageStore(stored, base + i, imageLoad(kept, i));
+    imageStore(stored_second, base + i, imageLoad(kept, ELASTIC_COARSE_SITES + i));
+    imageStore(stored_third, base + i, imageLoad(kept, 2 * ELASTIC_COARSE_SITES + i));
+  }
+#endif
 }

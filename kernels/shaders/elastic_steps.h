@@ -12,29 +12,23 @@
 #define ELASTIC_PRODUCTS 8
 #define ELASTIC_SQUARES 9
 
-// Sites beside each other that an invocation of elastic.comp has in relax and residual; groups of a list of
-// sites side by side.
-#define ELASTIC_COLUMNS 2
-#define ELASTIC_LIST_GROUPS 32768
-
-// Of elastic_coarse.comp: sites of an array, of which shared memory has three (32 KiB), and where they are
-// not kept there; steps in a dispatch.
-#define ELASTIC_SHARED_SITES 1360
+// Sites along an axis that a step sums up; a dispatch of several steps has so many at most, on levels of so
+// many sites with what lies around them.
+#define ELASTIC_BLOCK 4
+#define ELASTIC_TOGETHER_STEPS 20
 #define ELASTIC_COARSE_SITES 2720
-#define ELASTIC_COARSE_STEPS 24
 
-// Bindings of both, as backends/device/device.hpp has kinds of them: four that are stored to, and what is
+// Bindings, as backends/device/device.hpp has kinds of them: four that are stored to, words, and what is
 // fetched.
 #define ELASTIC_STORED 0
 #define ELASTIC_STORED_SECOND 1
 #define ELASTIC_STORED_THIRD 2
 #define ELASTIC_KEPT 3
+#define ELASTIC_TOUCHED 4
+#define ELASTIC_INVERSE 5
 #define ELASTIC_FROM 7
 #define ELASTIC_SECOND 8
 #define ELASTIC_THIRD 9
 #define ELASTIC_MOMENTS 10
-#define ELASTIC_MORE 11
-#define ELASTIC_RESPONSE 12
-#define ELASTIC_MATRICES 13
-#define ELASTIC_INVERSE 14
-#define ELASTIC_TOUCHED 15
+#define ELASTIC_RESPONSE 11
+#define ELASTIC_MATRICES 12
