@@ -52,7 +52,10 @@ class Tradeoff : public testing::Test {
 protected:
   std::vector<Judged> measured(const std::vector<const Backend*>& backends,
                                const std::vector<std::string>& names) {
-    return measure_tradeoff(scene_, backends, {.repeats = 2, .methods = names}, progress_);
+    JudgeOptions options;
+    options.repeats = 2;
+    options.methods = names;
+    return measure_tradeoff(scene_, backends, options, progress_);
   }
   // The points of icm on one backend.
   static std::vector<Judged> on(const std::vector<Judged>& tradeoff, std::string_view backend) {

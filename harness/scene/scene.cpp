@@ -58,7 +58,7 @@ std::optional<Extent> read_size(TomlReader& scene, const SceneOptions& options) 
     std::vector<double> own = scene.numbers("size", 2, 3);
     own.resize(3, 1.0);
     const Extent stated{static_cast<int>(own[0]), static_cast<int>(own[1]), static_cast<int>(own[2])};
-    if (size && size->axes() != stated.axes()) {
+    if (size && size->axes() != stated.axes() && !scene.has("random")) { // numbers have no shape to lose
       scene.fail("size", fmt::format("is {}, and so it cannot be {}: one is a volume, the other is not",
                                      stated.text(), size->text()));
     }
