@@ -96,26 +96,24 @@ public:
     require_observations(level.extent);
   }
 
-  /// Letting go in both directions at once is Newton's method: few rounds, but nothing forbids a cycle, nor
-  /// that every site lets go, and then the system is singular. In one direction at a time, starting from all
-  /// held, it is policy iteration on a maximum of minima of M-matrix equations: slower, but each stage is
-  /// monotone and so ends, and as long as those above their targets are taken back before the last site lets
-  /// go, one can stay held.
+  /// Letting go in both directions at once is Newton's method: few rounds, but nothing forbids a cycle. In
+  /// one direction at a time, starting from all held, it is policy iteration on a maximum of minima of
+  /// M-matrix equations: slow, but each stage is monotone and so ends, and as long as those above their
+  /// targets are taken back before the last site lets go, one can stay held.
   void settle() {
     constexpr int most_quick_rounds = 60;
     constexpr int most_rounds = 1000;
-    bool one_sided = false;
     for (rounds_ = 1; rounds_ <= most_rounds; ++rounds_) {
       solve();
+      const bool one_sided = rounds_ > most_quick_rounds;
       if (!update_states(one_sided)) {
         return;
       }
-      if (!one_sided && (rounds_ == most_quick_rounds || held() == 0)) {
-        one_sided = true;
+      if (rounds_ == most_quick_rounds) {
         take_back(State::below);
         take_back(State::above);
       } else if (held() == 0) {
-        take_back(State::above);
+        one_sided ? take_back(State::above) : hold_median();
       }
     }
     throw InputError(fmt::format("the fixed point in {} was not found in {} rounds: the sites that their "
@@ -175,6 +173,38 @@ private:
 
   void take_back(State state) { std::ranges::replace(states_, state, State::held); }
 
+  /// Where every site has let go the system is singular: its left null vector p says that the pulls, p_i K
+  /// c_i / 2A_i up or down, must balance by themselves. They do when the whole field is shifted by the
+  /// weighted median of what is left to the targets, so that site is held.
+  void hold_median() {
+    if (balance_.size() == 0) {
+      balance_ = left_null_vector();
+    }
+    std::vector<std::pair<double, std::int64_t>> ways; // y - d, site
+    for (std::int64_t i = 0; i < target_.size(); ++i) {
+      if (states_[static_cast<std::size_t>(i)] != State::unobserved) {
+        ways.emplace_back(target_[i] - displacement_[i], i);
+      }
+    }
+    std::ranges::sort(ways);
+    const double sum = balance_.dot(reach_); // those that are not observed reach nothing
+    double passed = 0.0;
+    const auto median = std::ranges::find_if(ways, [&](const auto& way) {
+      passed += balance_[way.second] * reach_[way.second];
+      return passed >= 0.5 * sum;
+    });
+    states_[static_cast<std::size_t>(median->second)] = State::held;
+  }
+
+  /// p > 0 with p' M = 0 for the matrix M of all equations; p = 1 at site 0.
+  [[nodiscard]] Eigen::VectorXd left_null_vector() const {
+    const SparseMatrix rest = selection([](std::int64_t i) { return i > 0; });
+    const SparseMatrix transposed = equations_.matrix.transpose();
+    const Eigen::VectorXd first = Eigen::VectorXd::Unit(target_.size(), 0);
+    return first +
+           rest * solved(rest.transpose() * transposed * rest, -(rest.transpose() * (transposed * first)));
+  }
+
   [[nodiscard]] Eigen::VectorXd solved(const SparseMatrix& matrix, const Eigen::VectorXd& right_side) const {
     auto solution =
         is_volume_ ? solve_without_factors(matrix, right_side) : solve_general(matrix, right_side);
@@ -213,7 +243,8 @@ private:
   std::vector<State> states_;
   Eigen::VectorXd target_;
   Eigen::VectorXd displacement_;
-  double tolerance_ = 0.0; ///< pixels by which a state must be contradicted
+  Eigen::VectorXd balance_; ///< left null vector, once it was needed
+  double tolerance_ = 0.0;  ///< pixels by which a state must be contradicted
   int rounds_ = 0;
 };
 
