@@ -46,8 +46,7 @@ class ExactScene : public testing::TestWithParam<std::string> {};
 
 /// Extent{}: its own size.
 TEST_P(ExactScene, IsDeclaredAndProvenAtEverySweepOfEverySizeAndOrderOfSites) {
-  for (const Extent extent :
-       {Extent{}, Extent{1, 1}, Extent{2, 8}, Extent{32, 16}, Extent{16, 16}, Extent{16, 8, 8}}) {
+  for (const Extent extent : {Extent{}, Extent{1, 1}, Extent{2, 8}, Extent{32, 16}, Extent{16, 16}}) {
     for (const Update update : test::simultaneous_and_coloured) {
       Scene scene =
           load_scene(GetParam(), {.size = extent == Extent{} ? std::nullopt : std::optional(extent)});

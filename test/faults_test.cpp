@@ -65,6 +65,7 @@ TEST_P(PlantedFault, TurnsVerifyRedUnlessItIsAControl) {
       GetParam().name == "elastic-cut-cell" || GetParam().name == "elastic-response-one-ulp";
   if (hardly_shows_in_volumes) {
     ran.erase(3);
+    caught.erase(3);
   }
   EXPECT_TRUE(control || caught == ran) << "caught nowhere, or in images or volumes alone";
 }

@@ -89,8 +89,8 @@ bool interpolates_dyadically(const Scene& scene) {
          }) == order.end();
 }
 
-/// scene.schedule is there already. At a size that is not the file's own the pyramid may not be exact: then
-/// nothing is declared.
+/// scene.schedule is there already. At a size that is not the file's own the pyramid may not be exact, and
+/// the 13 lines of a volume need more bits than an image's four: then nothing is declared.
 void read_exact(TomlReader& reader, const SceneOptions& options, Scene& scene) {
   bool is_exact = false;
   reader.read("exact", is_exact);
@@ -101,7 +101,7 @@ void read_exact(TomlReader& reader, const SceneOptions& options, Scene& scene) {
       scene.energy->is_of_cells()) {
     reader.fail("exact", "cannot be true: only icm and its variants in any number of colours can be proven");
   }
-  scene.exact = interpolates_dyadically(scene);
+  scene.exact = scene.extent().axes() == 2 && interpolates_dyadically(scene);
   if (!scene.exact && !options.size) {
     reader.fail(
         "exact",
