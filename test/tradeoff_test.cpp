@@ -90,7 +90,7 @@ TEST_F(Tradeoff, MeasuresMethodsAtAllEffortsAndTheirRivals) {
     for (const Judged& point : on(tradeoff, "")) {
       EXPECT_TRUE(point.is_rival);
       EXPECT_EQ(point.status, JudgedStatus::ok) << point.method << ": " << point.reason;
-      EXPECT_EQ(point.seconds.size(), 2U);
+      EXPECT_TRUE(point.seconds.size() == 2U || extent.axes() == 3) << "fewer samples of what takes long";
       const bool is_truth = point.method == "fem" && point.poisson_used == 0.0;
       EXPECT_EQ(point.deviations.to_fem_no_poisson < 1e-12, is_truth) << point.method << point.effort;
       if (point.effort == "tolerance 1e-06" && point.poisson_used == 0.0) {

@@ -117,8 +117,8 @@ private:
 [[nodiscard]] std::unique_ptr<Session> make_device_session(std::unique_ptr<ComputeDevice> device, Work work,
                                                            std::optional<Shapes> shapes = {});
 
-/// The steps of the elastic energy as dispatches: kernels/shaders/elastic.comp, or elastic.cl where arrays are
-/// planes. `name`: of the backend, for errors.
+/// The steps of the elastic energy as dispatches: kernels/shaders/elastic.comp, or elastic.cl where arrays
+/// are planes. `name`: of the backend, for errors.
 [[nodiscard]] std::unique_ptr<ElasticSession> make_elastic_session(std::string name,
                                                                    std::unique_ptr<ComputeDevice> device);
 
