@@ -41,7 +41,7 @@ TEST(Implementations, ADriverThatDoesNotComeBackIsARow) {
   EXPECT_EQ(rows[0]["outcome"], "crashed");
   EXPECT_THAT(rows[0]["reason"].get<std::string>(), HasSubstr("signal 6"));
   EXPECT_EQ(rows[1]["outcome"], "out of memory");
-  EXPECT_GT(rows[1]["peak_bytes"], 400'000'000);
+  EXPECT_GT(rows[1]["peak_bytes"], 399'000'000); // the kernel counts resident pages in batches
   EXPECT_EQ(rows[2]["outcome"], "passed") << rows[2]["reason"];
 }
 
