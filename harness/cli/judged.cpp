@@ -81,8 +81,10 @@ int judge_scenes(Arguments& arguments, Call& call, const std::vector<std::string
     fmt::print("\n{}, {}: {}\n", scene.name, scene.extent().text(), scene.title);
     show(scene, rows, results);
     fmt::print("{}", failures_text(rows));
-    sound = sound && std::ranges::none_of(
-                         rows, [](const Judged& row) { return row.status == JudgedStatus::unverified; });
+    sound = sound && std::ranges::none_of(rows, [&](const Judged& row) {
+              return row.status == JudgedStatus::unverified ||
+                     (row.status == JudgedStatus::failed && measure == measure_accuracy);
+            });
     std::fflush(stdout); // into a pipe too: the next scene may take long
   }
   call.write(std::move(results), arguments.quick);
