@@ -12,7 +12,8 @@ namespace {
 /// and PoCL have the fastest, lavapipe's takes 10 % longer than the fastest. Coarse levels are computed
 /// fastest there by a group of 8, one vector, because a CPU puts each vector aside at a barrier (lavapipe, 8,
 /// 64, 256, 1024 invocations: 1.2, 1.3, 1.7, 3.3 ms). Nobody has measured the shapes for GPUs.
-constexpr Shapes shaders_on_cpu{.sweep = {{32, 16}, 2}, .coarse_group = 8};
+constexpr Shapes shaders_on_cpu{.sweep = {.tile = {32, 16}, .columns = 2, .tiles_a_group = 64},
+                                .coarse_group = 8};
 constexpr Shapes shaders_on_gpu{.sweep = {{64, 16}, 1}, .coarse_group = 256};
 constexpr Shapes opencl_on_cpu{.sweep = {{64, 32}, 64, 16}}; // one work item a group
 constexpr Shapes opencl_on_gpu{.sweep = {{64, 16}, 1}};

@@ -4,16 +4,19 @@
 #include "kernels/data/pyramid.hpp"
 
 #include <cstddef>
+#include <cstdint>
 
 namespace hdmbench {
 
-/// Tiles of sites, each swept by a work group: an invocation goes down `columns` columns side by
+/// Tiles of sites, which a work group sweeps: an invocation goes down `columns` columns side by
 /// side, so that each row is fetched once (kernels/shaders/tile.glsl), or along them in OpenCL C, where a
 /// single one on a CPU goes along the whole row (kernels/shaders/sweep.cl).
 struct SweepShape {
   Extent tile{};      ///< sites; divides 128 x 64
   int columns = 1;    ///< divides the width; 1 or 2 in shaders
   int simd_width = 1; ///< sites side by side of a loop along the row: a hint to the compiler
+  /// Tiles for a work group where tiles are left out: one that has nothing to do costs more than a flag read.
+  std::uint32_t tiles_a_group = 1;
 
   [[nodiscard]] constexpr int invocations() const { return tile.width / columns; }
 };

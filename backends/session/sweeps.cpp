@@ -45,7 +45,8 @@ constexpr std::size_t words_without_planes = 16;
 
 Sweeps::Sweeps(ComputeDevice& device, Programs& programs, const SweptLevel& swept)
     : level_(without_fields(swept.full)), layout_(swept.extent, device.limits().has_planes),
-      first_input_(swept.first_input), is_fast_(changes_spread_by_contact(swept.full)),
+      first_input_(swept.first_input), tiles_a_group_(swept.shape.tiles_a_group),
+      is_fast_(changes_spread_by_contact(swept.full)),
       active_(swept.work == Work::active && is_fast_ && swept.extent.axes() == 2 &&
               swept.extent.sites() >= fewest_for_choice),
       by_one_group_(layout_.has_planes && is_fast_ && swept.extent.sites() < fewest_for_choice) {
@@ -143,7 +144,8 @@ void Sweeps::append(Commands& commands, int first, int count, const LevelArrays&
       if (!layout_.has_planes) {
         dispatch.word_count = words_without_planes;
       }
-      const std::uint32_t groups = by_one_group_ ? 1 : share.count;
+      const std::uint32_t each = active_ && !layout_.has_planes ? tiles_a_group_ : 1;
+      const std::uint32_t groups = by_one_group_ ? 1 : (share.count + each - 1) / each;
       const std::uint32_t across = layout_.has_planes ? groups : std::min(groups, most_groups_across);
       dispatch.groups = {static_cast<int>(across), static_cast<int>((groups + across - 1) / across)};
       commands.emplace_back(dispatch);

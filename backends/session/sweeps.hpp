@@ -40,7 +40,7 @@ struct SweptLevel {
   std::int32_t first_input = 0; ///< element of the inputs where the level's begin
 };
 
-/// The sweeps of one level. A work group takes a tile, which it passes by where the tile cannot see a change:
+/// The sweeps of one level. Work groups take tiles, and pass by those that cannot see a change:
 /// every tile has a flag, the number of the last sweep that has to visit it. Programs are for classes of
 /// tiles (kernels/shaders/sweep.comp), or where arrays are planes one branches by class
 /// (kernels/shaders/sweep.cl).
@@ -67,6 +67,7 @@ private:
   Level level_; ///< without its fields
   SiteLayout layout_;
   std::int32_t first_input_;
+  std::uint32_t tiles_a_group_; ///< where tiles are left out
   bool is_fast_; ///< whether a change spreads by contact: the rule and the order that have programs by class
   bool active_;  ///< whether tiles are left out
   bool by_one_group_; ///< whether one group does several sweeps in a dispatch

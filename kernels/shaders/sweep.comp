@@ -1,7 +1,7 @@
 #version 430
 #extension GL_GOOGLE_include_directive : require
 
-// One sweep over the tiles of one class, a work group per tile, or over those of them that can see a change.
+// One sweep over the tiles of one class, or over those of them that can see a change. Work groups take tiles in turn.
 
 #define real float
 #define HDM_FUNCTION
@@ -78,21 +78,33 @@ void wake(ivec2 tile, int seen_from) {
   }
 }
 
+// The first place in the list, of every `step`-th from `place` on, whose tile can see a change; else the end.
+uint next_visited(uint place, uint step) {
+  while (place < end_listed && leaves_out && every == 0 &&
+         flags[(stamp & 1u) * uint(tile_count) + tiles[place]] != stamp) {
+    place += step;
+  }
+  return place;
+}
+
 void main() {
-  uint place = first_listed + gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
-  if (place >= end_listed) {
-    return;
-  }
-  int number = int(tiles[place]);
-  if (leaves_out && every == 0 && flags[(stamp & 1u) * uint(tile_count) + uint(number)] != stamp) {
-    return;
-  }
-  ivec3 tile = ivec3(number % tiles_across, number / tiles_across % tiles_down, number / (tiles_across * tiles_down));
   ivec3 size = ivec3(parameters[5], parameters[6], parameters[7]);
   Sweep sweep = Sweep(intBitsToFloat(parameters[1]), intBitsToFloat(parameters[2]), intBitsToFloat(parameters[3]),
                       intBitsToFloat(parameters[4]));
-  int seen_from = sweep_tile(tile, int(gl_LocalInvocationID.x), size, intBitsToFloat(parameters[0]), sweep);
-  if (leaves_out) {
-    wake(tile.xy, seen_from);
+  uint group = gl_WorkGroupID.y * gl_NumWorkGroups.x + gl_WorkGroupID.x;
+  uint groups = gl_NumWorkGroups.x * gl_NumWorkGroups.y;
+  uint place = next_visited(first_listed + group, groups);
+  if (place >= end_listed) {
+    return;
   }
+  // The condition stands last: rasterizers on the CPU execute what a branch leaves out, but for loops that have ended.
+  do {
+    int number = int(tiles[place]);
+    ivec3 tile = ivec3(number % tiles_across, number / tiles_across % tiles_down, number / (tiles_across * tiles_down));
+    int seen_from = sweep_tile(tile, int(gl_LocalInvocationID.x), size, intBitsToFloat(parameters[0]), sweep);
+    if (leaves_out) {
+      wake(tile.xy, seen_from);
+    }
+    place = next_visited(place + groups, groups);
+  } while (place < end_listed);
 }
