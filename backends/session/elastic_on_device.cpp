@@ -28,28 +28,25 @@ int groups(int items, int together) {
   return (items + together - 1) / together;
 }
 
-/// So many numbers of each site of a device: a plane of each, or texels of two or four with those of a site
-/// beside each other.
+/// So many numbers of each site of a device: a plane of each, or texels of four with those of a site beside
+/// each other.
 class SiteNumbers {
 public:
   SiteNumbers(std::int64_t sites, std::size_t numbers, bool has_planes)
-      : numbers_(numbers), plane_(has_planes ? static_cast<std::size_t>(sites) : 1),
-        stride_(has_planes ? 1 : numbers), values_(numbers * static_cast<std::size_t>(sites)) {}
+      : plane_(has_planes ? static_cast<std::size_t>(sites) : 1),
+        stride_(has_planes ? 1 : (numbers + 3) / 4 * 4),
+        values_((has_planes ? numbers : stride_) * static_cast<std::size_t>(sites)) {}
 
   /// Of a level; part.first counts from the first site here.
   void lay(std::size_t number, const RingedGrid& grid, const std::vector<float>& values,
            const ElasticLayout::Part& part) {
     lay_out(grid, values, part, values_.data() + number * plane_, stride_);
   }
-  float& at(std::size_t number, std::int64_t site) {
-    return values_[number * plane_ + static_cast<std::size_t>(site) * stride_];
-  }
   [[nodiscard]] std::unique_ptr<Array> uploaded(ComputeDevice& device) const {
-    return upload(device, stride_ == 1 ? Kind::words : numbers_ == 2 ? Kind::pairs : Kind::fours, values_);
+    return upload(device, stride_ == 1 ? Kind::words : Kind::fours, values_);
   }
 
 private:
-  std::size_t numbers_;
   std::size_t plane_;
   std::size_t stride_;
   std::vector<float> values_;
@@ -178,12 +175,8 @@ private:
 
   /// What does not change: of sites and cells in arrays of the layout, and lists.
   void upload_fixed(const ElasticHierarchy& hierarchy) {
-    const auto numbers = [&](std::int64_t sites, std::size_t count) {
-      return SiteNumbers(sites, has_planes() ? count : (count + 3) / 4 * 4, has_planes());
-    };
-    SiteNumbers moments = numbers(layout_.size - layout_.moments_from(), axes_ == 3 ? 23 : 6);
-    SiteNumbers response =
-        numbers(layout_.size, axes_ == 3 ? 7 : 3); // and the modulus of a site of the image
+    SiteNumbers moments(layout_.size - layout_.moments_from(), axes_ == 3 ? 23 : 6, has_planes());
+    SiteNumbers response(layout_.size, axes_ == 3 ? 7 : 3, has_planes()); // and moduli of a volume's sites
     std::vector<float> matrices;
     for (std::size_t number = 0; number < hierarchy.levels.size(); ++number) {
       const ElasticLevel& level = hierarchy.levels[number];
@@ -197,26 +190,55 @@ private:
       for (std::size_t i = 0; i < level.response.size(); ++i) {
         response.lay(i, level.grid, level.response[i], part);
       }
-      matrices.insert(matrices.end(), level.masked.stiffness.begin(), level.masked.stiffness.end());
+      for (std::size_t cell = 0; cell < level.masked.x.size(); ++cell) {
+        append_blocks(level.masked.matrix(cell), matrices);
+      }
     }
     touched_ = touched_sites(hierarchy);
     fixed_[ELASTIC_MOMENTS] = moments.uploaded(device_);
     fixed_[ELASTIC_RESPONSE] = response.uploaded(device_);
     fixed_[ELASTIC_MATRICES] = upload(device_, has_planes() ? Kind::words : Kind::fours, matrices);
-    fixed_[ELASTIC_INVERSE] = upload(device_, Kind::words, hierarchy.coarsest_inverse);
+    fixed_[ELASTIC_INVERSE] = upload_components(hierarchy.coarsest_inverse);
     fixed_[ELASTIC_TOUCHED] = upload(device_, Kind::words, touched_);
     if (!has_planes()) {
       fixed_[ELASTIC_KEPT] = device_.allocate(elastic_slots_on_levels * ELASTIC_COARSE_SITES, texel());
     }
   }
 
+  /// Of a masked cell a block, filled up to fours, for the force on every corner by every other one: column
+  /// by column.
+  void append_blocks(const float* matrix, std::vector<float>& to) const {
+    const std::size_t corners = axes_ == 3 ? 8 : 4;
+    for (std::size_t block = 0; block < corners * corners; ++block) {
+      for (std::size_t i = 0; i < (axes_ * axes_ + 3) / 4 * 4; ++i) {
+        const std::size_t column = block / corners * axes_ + i / axes_;
+        to.push_back(i < axes_ * axes_
+                         ? matrix[column * corners * axes_ + block % corners * axes_ + i % axes_]
+                         : 0.0F);
+      }
+    }
+  }
+  /// Numbers of one axis after the other.
+  [[nodiscard]] std::unique_ptr<Array> upload_components(const std::vector<float>& values) {
+    if (has_planes()) {
+      return upload(device_, Kind::words, values);
+    }
+    std::vector<float> texels(values.size() / axes_ * floats());
+    for (std::size_t i = 0; i < values.size(); ++i) {
+      texels[i / axes_ * floats() + i % axes_] = values[i];
+    }
+    return upload(device_, texel(), texels);
+  }
+
   [[nodiscard]] ElasticShape shape(bool is_together) const {
     if (!is_software()) {
-      return {.lanes = is_together ? 256 : 64, .rows = is_together ? 1 : 4, .columns = 1};
+      return {.lanes = is_together ? 256 : std::min(64, device_.limits().group),
+              .rows = is_together ? 1 : 4,
+              .columns = 1};
     }
-    return has_planes()  ? ElasticShape{.lanes = 1, .rows = 16, .columns = 64}
+    return has_planes()  ? ElasticShape{.lanes = 1, .rows = 16, .columns = axes_ == 2 ? 256 : 64}
            : is_together ? ElasticShape{.lanes = 8, .rows = 10, .columns = 2}
-                         : ElasticShape{.lanes = 16, .rows = 16, .columns = 2};
+                         : ElasticShape{.lanes = 16, .rows = 16, .columns = 4};
   }
 
   /// With the arrays that do not change.

@@ -13,6 +13,7 @@ typedef struct CellComponents CellComponents;
 typedef struct Place Place;
 typedef struct Work Work;
 typedef struct Sum Sum;
+typedef struct Strip Strip;
 
 typedef struct {
   int words[32];
@@ -36,39 +37,48 @@ typedef struct {
 #else
 #define SITES_SIDE_BY_SIDE
 #endif
-#define ONLY_IF(condition) if (condition)
+#define ONLY_WHERE(condition) if (condition)
 #define ARRAYS const Arrays *a, Work *work,
 #define WITH_ARRAYS a, work,
 #define WORK_OF_ITEM
 #define MY(name) work->name
-#define COUNT(left) min(COLUMNS, MY(place).width - (left))
+#define DIVIDED(number, by) ((number) / (by))
+#define SITE_COLUMNS COLUMNS
+#define SITE_ROWS ROWS
+#define COUNT(left, columns) (MY(place).width - (left) < (columns) ? MY(place).width - (left) : (columns))
+#define IS_THERE(column) true
 #define TOLD(i) a->told.words[i]
 #define REAL_TOLD(i) as_float(TOLD(i))
 #define PLANE ((size_t)TOLD(3))
 #define SLOT(number) ((number) == 0 ? a->from : (number) == 1 ? a->second : a->third)
 #define FIELD(single, slot) (TOGETHER != 0 ? SLOT(work->slot) + base : a->single)
-#define FROM(i, axis) FIELD(from, from_slot)[(axis) * PLANE + (i)]
-#define SECOND(i, axis) FIELD(second, second_slot)[(axis) * PLANE + (i)]
+// Arrays of sums have one plane.
+#define GET_FROM(c, i)                                                                         \
+  HDM_UNROLLED                                                                                 \
+  for (int axis = 0; axis < (STEP == ELASTIC_SQUARES ? 1 : HDM_AXES); ++axis) {                \
+    c.along[axis] = FIELD(from, from_slot)[axis * PLANE + (i)];                                \
+  }
+#define GET_SECOND(c, i)                                                                       \
+  EACH_AXIS {                                                                                  \
+    c.along[axis] = FIELD(second, second_slot)[axis * PLANE + (i)];                            \
+  }
 #define RESPONSE(i, entry) a->response[(entry) * PLANE + base + (i)]
 #define MOMENT(i, number) a->moments[(number) * (PLANE - moments_from) + base + (i) - moments_from]
-#define MATRIX(i) a->matrices[i]
-#define INVERSE(i) a->inverse[i]
+// Blocks are filled up to fours.
+#define MATRIX(block, number) a->matrices[(HDM_AXES * HDM_AXES + 3) / 4 * 4 * (size_t)(block) + (number)]
+#define GET_INVERSE(c, i)                                                                      \
+  EACH_AXIS {                                                                                  \
+    c.along[axis] = a->inverse[HDM_AXES * (i) + axis];                                         \
+  }
 #define TOUCHED(i) a->touched[i]
-// Arrays of sums have one plane.
-#define STORE(i, components) store(a, work, i, components)
+#define STORE(i, components)                                                                                               \
+  HDM_UNROLLED                                                                                                             \
+  for (int axis = 0; axis < (STEP < ELASTIC_PRODUCTS ? HDM_AXES : 1); ++axis) {                                            \
+    FIELD(to, stored_slot)[axis * PLANE + (i)] = components.along[axis];                                                   \
+  }
 #define WAIT_FOR_ALL barrier(CLK_GLOBAL_MEM_FENCE)
 
-static inline __attribute__((always_inline)) void store(const Arrays* a, Work* work, int at, Components value);
-
 #include "elastic_sites.h"
-
-HDM_FUNCTION void store(const Arrays* a, Work* work, int at, Components value) {
-  EACH_AXIS {
-    if (axis == 0 || MY(step) < ELASTIC_PRODUCTS) {
-      FIELD(to, stored_slot)[axis * PLANE + at] = value.along[axis];
-    }
-  }
-}
 
 kernel void elastic_step(global float* from, global float* second, global float* third, global float* to,
                          global const float* restrict moments, global const float* restrict response,

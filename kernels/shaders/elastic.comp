@@ -39,39 +39,53 @@ layout(binding = ELASTIC_STORED_SECOND, COMPONENTS) uniform restrict writeonly i
 layout(binding = ELASTIC_STORED_THIRD, COMPONENTS) uniform restrict writeonly imageBuffer stored_third;
 layout(binding = ELASTIC_KEPT, COMPONENTS) uniform coherent imageBuffer kept; // three fields of coarse levels
 layout(std430, binding = ELASTIC_TOUCHED) readonly buffer Touched { int touched[]; };
-layout(std430, binding = ELASTIC_INVERSE) readonly buffer Inverse { float inverse[]; };
 layout(binding = ELASTIC_FROM) uniform samplerBuffer from;
 layout(binding = ELASTIC_SECOND) uniform samplerBuffer second;
 layout(binding = ELASTIC_THIRD) uniform samplerBuffer third;
 layout(binding = ELASTIC_MOMENTS) uniform samplerBuffer moments;
 layout(binding = ELASTIC_RESPONSE) uniform samplerBuffer response;
 layout(binding = ELASTIC_MATRICES) uniform samplerBuffer matrices;
+layout(binding = ELASTIC_INVERSE) uniform samplerBuffer inverse;
 
 #define ARRAYS
 #define WITH_ARRAYS
-#define COUNT(left) COLUMNS
+#define COUNT(left, columns) columns
+#define IS_THERE(column) ((column) < work.place.width)
 #define SITES_SIDE_BY_SIDE
-// Rasterizers on the CPU execute both sides of a branch, but leave a loop when all are done.
-#define ONLY_IF(condition) for (bool once = condition; once; once = false)
+#define ONLY_WHERE(condition)
 #define MY(name) work.name
 #define WORK_OF_ITEM Work work;
+#define GET(c, fetched)            \
+  {                                \
+    vec4 texel = fetched;          \
+    EACH_AXIS {                    \
+      c.along[axis] = texel[axis]; \
+    }                              \
+  }
 #define TOLD(i) told[i]
 #define REAL_TOLD(i) intBitsToFloat(told[i])
 #define NUMBER_OF(array, texels, i, entry) texelFetch(array, (texels) * (i) + (entry) / 4)[(entry) % 4]
 #define RESPONSE(i, entry) NUMBER_OF(response, HDM_AXES - 1, base + (i), entry)
 #define MOMENT(i, number) NUMBER_OF(moments, 4 * HDM_AXES - 6, base + (i) - moments_from, number)
-#define MATRIX(i) texelFetch(matrices, (i) >> 2)[(i) & 3]
-#define INVERSE(i) inverse[i]
+#define MATRIX(block, number) NUMBER_OF(matrices, (HDM_AXES * HDM_AXES + 3) / 4, block, number)
+#define GET_INVERSE(c, i) GET(c, texelFetch(inverse, i))
 #define TOUCHED(i) touched[i]
 #if TOGETHER == 0
-#define FROM(i, axis) texelFetch(from, i)[axis]
-#define SECOND(i, axis) texelFetch(second, i)[axis]
-#define STORE(i, components) imageStore(stored, i, TEXEL(components))
+#define DIVIDED(number, by) ((number) / (by))
+#define SITE_COLUMNS COLUMNS
+#define SITE_ROWS ROWS
+#define GET_FROM(c, i) GET(c, texelFetch(from, i))
+#define GET_SECOND(c, i) GET(c, texelFetch(second, i))
+#define STORE(i, components) imageStore(stored, i, TEXEL(components));
 #else
+// By floats, exact for so few: whole numbers are divided slowly.
+#define DIVIDED(number, by) int((float(number) + 0.5) / float(by))
+#define SITE_COLUMNS 1
+#define SITE_ROWS 1
 #define KEPT(slot, i) (work.slot * ELASTIC_COARSE_SITES + (i))
-#define FROM(i, axis) imageLoad(kept, KEPT(from_slot, i))[axis]
-#define SECOND(i, axis) imageLoad(kept, KEPT(second_slot, i))[axis]
-#define STORE(i, components) imageStore(kept, KEPT(stored_slot, i), TEXEL(components))
+#define GET_FROM(c, i) GET(c, imageLoad(kept, KEPT(from_slot, i)))
+#define GET_SECOND(c, i) GET(c, imageLoad(kept, KEPT(second_slot, i)))
+#define STORE(i, components) imageStore(kept, KEPT(stored_slot, i), TEXEL(components));
 #endif
 #define WAIT_FOR_ALL     \
   memoryBarrierImage();  \
