@@ -42,9 +42,8 @@ public:
            const ElasticLayout::Part& part) {
     lay_out(grid, values, part, values_.data() + number * plane_, stride_);
   }
-  [[nodiscard]] std::unique_ptr<Array> uploaded(ComputeDevice& device) const {
-    return upload(device, stride_ == 1 ? Kind::words : Kind::fours, values_);
-  }
+  [[nodiscard]] Kind kind() const { return stride_ == 1 ? Kind::words : Kind::fours; }
+  [[nodiscard]] const std::vector<float>& values() const { return values_; }
 
 private:
   std::size_t plane_;
@@ -66,14 +65,16 @@ public:
 
   void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) {
     axes_ = layout.levels.front().sites.axes();
+    if (layout.size != layout_.size) {
+      fixed_ = {}; // before the new ones, so that both need not fit
+      slots_ = {};
+    }
     layout_ = layout;
-    fixed_ = {}; // before the new ones, so that both need not fit
-    slots_ = {};
     const auto size = static_cast<std::size_t>(layout.size);
     Commands zeros;
     for (std::size_t i = 0; i < slots_.size(); ++i) {
       const std::size_t count = i < elastic_slots ? size : static_cast<std::size_t>(layout.sums_size);
-      slots_[i] = device_.allocate(planes() * count, has_planes() ? Kind::words : texel());
+      make_room(device_, slots_[i], planes() * count, has_planes() ? Kind::words : texel());
       zeros.emplace_back(Fill{.array = slots_[i].get(), .bytes = slots_[i]->bytes(), .beside = true});
     }
     device_.run(zeros);
@@ -195,13 +196,13 @@ private:
       }
     }
     touched_ = touched_sites(hierarchy);
-    fixed_[ELASTIC_MOMENTS] = moments.uploaded(device_);
-    fixed_[ELASTIC_RESPONSE] = response.uploaded(device_);
-    fixed_[ELASTIC_MATRICES] = upload(device_, has_planes() ? Kind::words : Kind::fours, matrices);
-    fixed_[ELASTIC_INVERSE] = upload_components(hierarchy.coarsest_inverse);
-    fixed_[ELASTIC_TOUCHED] = upload(device_, Kind::words, touched_);
+    put(ELASTIC_MOMENTS, moments.kind(), moments.values());
+    put(ELASTIC_RESPONSE, response.kind(), response.values());
+    put(ELASTIC_MATRICES, has_planes() ? Kind::words : Kind::fours, matrices);
+    put_components(ELASTIC_INVERSE, hierarchy.coarsest_inverse);
+    put(ELASTIC_TOUCHED, Kind::words, touched_);
     if (!has_planes()) {
-      fixed_[ELASTIC_KEPT] = device_.allocate(elastic_slots_on_levels * ELASTIC_COARSE_SITES, texel());
+      make_room(device_, fixed_[ELASTIC_KEPT], elastic_slots_on_levels * ELASTIC_COARSE_SITES, texel());
     }
   }
 
@@ -209,25 +210,35 @@ private:
   /// by column.
   void append_blocks(const float* matrix, std::vector<float>& to) const {
     const std::size_t corners = axes_ == 3 ? 8 : 4;
-    for (std::size_t block = 0; block < corners * corners; ++block) {
+    for (std::size_t pair = 0; pair < corners * corners; ++pair) {
       for (std::size_t i = 0; i < (axes_ * axes_ + 3) / 4 * 4; ++i) {
-        const std::size_t column = block / corners * axes_ + i / axes_;
-        to.push_back(i < axes_ * axes_
-                         ? matrix[column * corners * axes_ + block % corners * axes_ + i % axes_]
-                         : 0.0F);
+        const std::size_t column = pair / corners * axes_ + i / axes_;
+        to.push_back(i < axes_ * axes_ ? matrix[column * corners * axes_ + pair % corners * axes_ + i % axes_]
+                                       : 0.0F);
       }
     }
   }
+  /// Into an array of so many elements, which stays where it is as long as their number does: where memory
+  /// is taken anew, the system has to clear it first.
+  template <typename Value>
+  void put(std::size_t number, Kind kind, const std::vector<Value>& values) {
+    const auto bytes = std::as_bytes(std::span(values));
+    make_room(device_, fixed_[number], std::max<std::size_t>(bytes.size() / bytes_of(kind), 1), kind);
+    if (!values.empty()) {
+      device_.write(*fixed_[number], 0, bytes);
+    }
+  }
   /// Numbers of one axis after the other.
-  [[nodiscard]] std::unique_ptr<Array> upload_components(const std::vector<float>& values) {
+  void put_components(std::size_t number, const std::vector<float>& values) {
     if (has_planes()) {
-      return upload(device_, Kind::words, values);
+      put(number, Kind::words, values);
+      return;
     }
     std::vector<float> texels(values.size() / axes_ * floats());
     for (std::size_t i = 0; i < values.size(); ++i) {
       texels[i / axes_ * floats() + i % axes_] = values[i];
     }
-    return upload(device_, texel(), texels);
+    put(number, texel(), texels);
   }
 
   [[nodiscard]] ElasticShape shape(bool is_together) const {
