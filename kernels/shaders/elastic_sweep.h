@@ -29,18 +29,18 @@
 #define factor REAL_TOLD(5)
 #define base (TOGETHER != 0 ? TOLD(5) : 0) // of the arrays that do not change
 
-// Of a site.
+// Numbers of a site, one for each axis.
 struct Components {
   real along[HDM_AXES];
 };
-// At the corners of a cell.
+// Numbers at the corners of a cell.
 struct CellNumbers {
   real at[CORNERS];
 };
 struct CellComponents {
   CellNumbers along[HDM_AXES];
 };
-// Of numbers at the corners of a square or a cube, added in reading order: along x, then y, then z.
+// The sum of the numbers at the corners of a square or a cube: they are added along x, then y, then z.
 struct Sum {
   real line, slab, all;
 };
@@ -55,7 +55,7 @@ HDM_FUNCTION Sum with_number(Sum sum, int corner, real number) {
   return sum;
 }
 
-// Of the sites of a level in an array.
+// Where the sites of a level lie in an array.
 struct Place {
   int width, height, depth;
   int first, pitch, layer; // site (0, 0, 0), from a row to the next, from a plane to the next
@@ -185,14 +185,18 @@ HDM_FUNCTION bool is_cell(ARRAYS int x, int y, int z) {
 // Site `at` after a sweep, by what is left to be balanced.
 HDM_FUNCTION Components relaxed_site(ARRAYS int at, Components value, Components residual) {
   EACH_AXIS {
-    real moved = with_term(value.along[axis], RESPONSE(at, DIAGONAL(axis)), residual.along[axis]);
-    HDM_UNROLLED
-    for (int other = 0; other < HDM_AXES; ++other) {
-      if (other != axis) {
-        moved = with_term(moved, RESPONSE(at, ENTRY(axis, other)), residual.along[other]);
-      }
-    }
-    value.along[axis] = moved;
+    real straight = RESPONSE(at, DIAGONAL(axis));
+    int other = axis == 0 ? 1 : 0;
+    real across = RESPONSE(at, ENTRY(axis, other));
+#if HDM_AXES == 3
+    int second = axis == 2 ? 1 : 2;
+    value.along[axis] = relaxed_in_volume(value.along[axis], straight, residual.along[axis], across,
+                                          residual.along[other], RESPONSE(at, ENTRY(axis, second)),
+                                          residual.along[second]);
+#else
+    value.along[axis] =
+        relaxed(value.along[axis], straight, residual.along[axis], across, residual.along[other]);
+#endif
   }
   return value;
 }
