@@ -2,25 +2,26 @@
 // 4.30 on and as OpenCL C. An image is a volume without the middle axis: x runs along a row, z from row to
 // row, and y is 0. The includer supplies the macros of the specification and
 //
-//   HDM_AXES                    2, an image, or 3, a volume
-//   STEP, HAS_LOAD, IS_IMAGE, BY_LIST    ElasticKernel, numbers
-//   COLUMNS, ROWS               of sites that a work item sweeps: side by side, and along z
-//   SITE_COLUMNS, SITE_ROWS     the same of other steps
-//   TOGETHER                    not 0: one work group does several steps, as ElasticTogether says
-//   COUNT(left, columns)        how many of these from `left` on are computed
-//   IS_THERE(column)            whether the level has it
-//   ARRAYS, WITH_ARRAYS         parameter and argument of functions that use what follows, with a comma
-//   MY(name)                    a variable of the struct Work
-//   WORK_OF_ITEM                declares it where it is not one of the arguments
-//   TOLD(i), REAL_TOLD(i)       word i of ElasticParameters or ElasticTogether
-//   GET_FROM(components, i), GET_SECOND(components, i)      assign what fields have at a site
-//   STORE(i, components)
-//   RESPONSE(i, entry), MOMENT(i, number)                   what does not change of sites and cells
-//   GET_INVERSE(components, i)  the rows of a site, column by column, site by site
-//   MATRIX(block, number)       of a masked cell, a block for the force on a corner by a corner: column by
-//   column TOUCHED(i)                  word i of touched_sites() WAIT_FOR_ALL                stands between
-//   two steps SITES_SIDE_BY_SIDE          stands before loops over columns ONLY_WHERE(condition)       stands
-//   before a block that does nothing of use where the condition does not hold
+// - HDM_AXES: 2, an image, or 3, a volume.
+// - STEP, HAS_LOAD, IS_IMAGE, BY_LIST: the numbers of an ElasticKernel.
+// - COLUMNS, ROWS: the sites that a work item sweeps, side by side and along z.
+// - SITE_COLUMNS, SITE_ROWS: the same for the other steps.
+// - TOGETHER: not 0 where one work group does several steps, as ElasticTogether says.
+// - COUNT(left, columns): how many of these columns from `left` on are computed.
+// - IS_THERE(column): whether the level has this column.
+// - ARRAYS, WITH_ARRAYS: parameter and argument of functions that use what follows, with a comma.
+// - MY(name): a variable of the struct Work. WORK_OF_ITEM declares one where it is no argument.
+// - TOLD(i), REAL_TOLD(i): word i of ElasticParameters or ElasticTogether.
+// - GET_FROM(components, i), GET_SECOND(components, i): assign what a field has at a site.
+// - STORE(i, components): stores them.
+// - RESPONSE(i, entry), MOMENT(i, number): the numbers of a site and of a cell that do not change.
+// - GET_INVERSE(components, i): assigns the rows of a site, column by column, site by site.
+// - MATRIX(block, number): a number of a masked cell, whose blocks are the force on one corner by another,
+//   column by column.
+// - TOUCHED(i): word i of touched_sites().
+// - WAIT_FOR_ALL: stands between two steps.
+// - SITES_SIDE_BY_SIDE: stands before loops over columns.
+// - ONLY_WHERE(condition): stands before a block that does nothing of use where the condition does not hold.
 
 #include "elastic_sweep.h"
 

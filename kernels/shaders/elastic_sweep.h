@@ -190,9 +190,9 @@ HDM_FUNCTION Components relaxed_site(ARRAYS int at, Components value, Components
     real across = RESPONSE(at, ENTRY(axis, other));
 #if HDM_AXES == 3
     int second = axis == 2 ? 1 : 2;
-    value.along[axis] = relaxed_in_volume(value.along[axis], straight, residual.along[axis], across,
-                                          residual.along[other], RESPONSE(at, ENTRY(axis, second)),
-                                          residual.along[second]);
+    value.along[axis] =
+        relaxed_in_volume(value.along[axis], straight, residual.along[axis], across, residual.along[other],
+                          RESPONSE(at, ENTRY(axis, second)), residual.along[second]);
 #else
     value.along[axis] =
         relaxed(value.along[axis], straight, residual.along[axis], across, residual.along[other]);
