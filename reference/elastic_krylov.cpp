@@ -96,22 +96,28 @@ using Solver = Owned<KSP, KSPDestroy>;
 /// nodes stay whole: GAMG joins nodes, not components.
 Eigen::SparseMatrix<double, Eigen::RowMajor, PetscInt> with_prescribed(const ElasticSystem& system) {
   const auto count = static_cast<PetscInt>(system.unknown.size());
-  Eigen::SparseMatrix<double, Eigen::RowMajor, PetscInt> places(count,
-                                                                system.lower.rows()); // of the unknowns
-  Eigen::SparseMatrix<double, Eigen::RowMajor, PetscInt> prescribed(count, count);
+  std::vector<PetscInt> component(static_cast<std::size_t>(system.lower.rows())); // of every unknown
+  std::vector<Eigen::Triplet<double, PetscInt>> entries;
   const double usual = system.lower.diagonal().mean();
   for (PetscInt i = 0; i < count; ++i) {
     if (const std::int32_t column = system.unknown[static_cast<std::size_t>(i)]; column >= 0) {
-      places.insert(i, column) = 1.0;
+      component[static_cast<std::size_t>(column)] = i;
     } else {
-      prescribed.insert(i, i) = usual;
+      entries.emplace_back(i, i, usual);
     }
   }
-  const SparseMatrix both = system.lower.selfadjointView<Eigen::Lower>();
-  const Eigen::SparseMatrix<double, Eigen::RowMajor, PetscInt> matrix = both.cast<double>();
-  Eigen::SparseMatrix<double, Eigen::RowMajor, PetscInt> whole =
-      places * matrix * places.transpose() + prescribed;
-  whole.makeCompressed();
+  for (Eigen::Index column = 0; column < system.lower.outerSize(); ++column) {
+    for (SparseMatrix::InnerIterator entry(system.lower, column); entry; ++entry) {
+      const PetscInt of = component[static_cast<std::size_t>(entry.row())];
+      const PetscInt by = component[static_cast<std::size_t>(column)];
+      entries.emplace_back(of, by, entry.value());
+      if (of != by) {
+        entries.emplace_back(by, of, entry.value());
+      }
+    }
+  }
+  Eigen::SparseMatrix<double, Eigen::RowMajor, PetscInt> whole(count, count);
+  whole.setFromTriplets(entries.begin(), entries.end());
   return whole;
 }
 

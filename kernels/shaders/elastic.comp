@@ -79,7 +79,11 @@ layout(binding = ELASTIC_INVERSE) uniform samplerBuffer inverse;
 #define STORE(i, components) imageStore(stored, i, TEXEL(components));
 #else
 // By floats, exact for so few: whole numbers are divided slowly.
-#define DIVIDED(number, by) int((float(number) + 0.5) / float(by))
+int divided(int number, int by) {
+  precise float quotient = (float(number) + 0.5) / float(by);
+  return int(quotient);
+}
+#define DIVIDED(number, by) divided(number, by)
 #define SITE_COLUMNS 1
 #define SITE_ROWS 1
 #define KEPT(slot, i) (work.slot * ELASTIC_COARSE_SITES + (i))
