@@ -2,6 +2,7 @@
 
 #include "harness/judge/diagnosis/measures.hpp"
 #include "harness/judge/truths.hpp"
+#include "harness/scene/method.hpp"
 #include "reference/fixed_point.hpp"
 #include "test/scenes.hpp"
 
@@ -148,6 +149,17 @@ TEST(BeforeTheRun, AStiffLayerIsMovedByNoCandidate) {
     const bool stays = solution.displacement[0][scene.extent().index(12, 12)] == 0.0F;
     EXPECT_EQ(stays, ratio > 100.0F);
     EXPECT_EQ(has(diagnose(scene), "stiff-boundary"), stays);
+  }
+}
+
+TEST(BeforeTheRun, AVolumeThatHardlyChangesItsSizeIsNamed) {
+  for (const auto& [extent, ratio, is_named] : {std::tuple{Extent{8, 8, 8}, 0.49, true},
+                                                {Extent{8, 8, 8}, 0.45, false},
+                                                {Extent{8, 8}, 0.49, false}}) {
+    Scene scene = pulled_scene(extent, 10.0F);
+    scene.poisson = ratio;
+    use_energy(scene, find_energy("elastic"));
+    EXPECT_EQ(has(diagnose(scene), "nearly-incompressible"), is_named) << extent.text() << ", " << ratio;
   }
 }
 

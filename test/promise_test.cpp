@@ -216,6 +216,16 @@ TEST(Promise, OfTheElasticEnergyIsKeptInVolumes) {
   EXPECT_GE(promises.share_within(5.0), 0.9);
 }
 
+TEST(Promise, IsNotGivenToVolumesThatHardlyChangeTheirSize) {
+  Scene scene = varied_scene(first_seed, 7, 9, 3);
+  use_energy(scene, find_energy("elastic"));
+  for (const double ratio : {0.49, 0.499}) {
+    scene.poisson = ratio;
+    const Plan plan = solve_as_needed(scene, {.accuracy = 1.0}, test::find("openmp"), {}, test::silent());
+    EXPECT_EQ(plan.met, ratio == 0.49) << plan.outcome;
+  }
+}
+
 /// A sheet of 10 MPa with cuts or fibres of one pixel, which most sites of a sampled image do not meet: 1 to
 /// 4 of them in any direction, some from border to border, some near each other.
 Scene scene_with_lines(std::uint64_t seed, double softest, double stiffest) {

@@ -14,6 +14,8 @@
 #include "kernels/data/level.hpp"
 #include "reference/finite_elements.hpp"
 
+#include <algorithm>
+#include <array>
 #include <iterator>
 #include <limits>
 
@@ -193,8 +195,9 @@ Warnings find_warnings(const Scene& scene, const Solution& solution, const std::
     warnings = diagnose(scene);
     std::ranges::move(diagnose(scene, solution), std::back_inserter(warnings));
   }
+  constexpr std::array answered{"not-converged", "stalling-cycles", "nearly-incompressible"};
   std::erase_if(warnings, [&](const Warning& warning) {
-    return plan && plan->met && (warning.kind == "not-converged" || warning.kind == "stalling-cycles");
+    return plan && plan->met && std::ranges::count(answered, warning.kind) > 0;
   });
   return warnings;
 }
