@@ -194,8 +194,8 @@ TEST(Verify, MistrustsASceneThatIsDeclaredExactAndIsNot) {
 /// Candidates hide the rounding of fused operations unless they nearly tie.
 TEST(Verify, CertifiesFusedVolumes) {
   const Extent extent{15, 14, 13};
-  for (const char* const method : {"icm", "coloured", "closed-form", "conjugate-gradients"}) {
-    const bool has_candidates = find_method(method).name == "icm" || find_method(method).name == "coloured";
+  for (const std::string_view method : {"icm", "coloured", "closed-form", "conjugate-gradients"}) {
+    const bool has_candidates = method == "icm" || method == "coloured";
     Scene scene = has_candidates ? test::textured_scene("certified", extent, Texture::tie_rich, 1, 6)
                                  : load_scene("ball", {.size = extent});
     use_method(scene, find_method(method), 6);

@@ -518,7 +518,7 @@ private:
       // No field was seen closer to the truth than this, whatever the moduli.
       plan_.solution.estimated_error = std::hypot(error.is_known() ? error.estimate() : 0.0, rounding);
     }
-    // At 0.499 one in ten random volumes was farther from finite elements than was said; at 0.49 none was.
+    // At 0.499 one request in ten was broken, on the random volumes of test/promise_test.cpp.
     if (scene_.extent().axes() == 3 && scene_.poisson > 0.49 && mistrust_.empty()) {
       mistrust_ = "of a volume with a Poisson's ratio above 0.49 no estimate is believed";
     }
