@@ -163,6 +163,13 @@ TEST(BeforeTheRun, AVolumeThatHardlyChangesItsSizeIsNamed) {
   }
 }
 
+TEST(BeforeTheRun, ResampledPixelsAreNamed) {
+  Scene scene = pulled_scene({8, 8}, 10.0F);
+  EXPECT_FALSE(has(diagnose(scene), "resampled"));
+  scene.oblong = "1 mm x 2 mm";
+  EXPECT_TRUE(has(diagnose(scene), "resampled"));
+}
+
 TEST(Folding, TheLeastDeterminantOfACellIsAtACorner) {
   std::mt19937 engine(5);
   std::uniform_real_distribution<float> uniform(-1.0F, 1.0F);

@@ -237,6 +237,7 @@ Content read_image_content(TomlReader& image, TomlReader& scene, const std::file
   const auto take_place = [&](const auto& found) {
     content.spacing = found.spacing;
     content.placement = found.placement;
+    content.oblong = found.oblong;
   };
   if (image.has("labels") == image.has("modulus")) {
     image.fail("labels", "or modulus: give exactly one of the two images");
@@ -281,7 +282,8 @@ Content read_brain_content(TomlReader& brain, TomlReader& scene, const std::file
                     .modulus = {},
                     .picture = std::move(found.picture),
                     .spacing = found.spacing,
-                    .placement = found.placement};
+                    .placement = found.placement,
+                    .oblong = std::move(found.oblong)};
     assign_tissues(scene, tissues, content, false);
     return content;
   };

@@ -20,6 +20,7 @@ struct Content {
   ScalarField picture;
   double spacing = 1.0;
   Placement placement{};
+  std::string oblong{};   ///< as of Image
   bool segmented = false; ///< labels says which tissue, not the same everywhere for want of one
 };
 

@@ -267,10 +267,18 @@ void check_poisson_ratio(const Scene& scene, Warnings& warnings) {
   }
 }
 
+void check_resampling(const Scene& scene, Warnings& warnings) {
+  if (!scene.oblong.empty()) {
+    warn(warnings, "resampled", std::nullopt, "sides"_a = scene.oblong, "extent"_a = scene.extent().text(),
+         "side"_a = scene.spacing, "shape"_a = scene.extent().axes() == 3 ? "cubes" : "squares");
+  }
+}
+
 } // namespace
 
 Warnings diagnose(const Scene& scene) {
   Warnings warnings;
+  check_resampling(scene, warnings);
   if (scene.energy->is_of_cells()) { // the rest is about sweeps and levels of energies of sites
     check_conflicts(scene, warnings);
     check_elastic_cycles(scene, warnings);

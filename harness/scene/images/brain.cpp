@@ -234,7 +234,8 @@ BrainSlice read_head(const std::filesystem::path& brain, const std::filesystem::
     BrainSlice found{.picture = std::move(both.pixels[1]),
                      .tissue = {extent, std::vector<int>(extent.sites())},
                      .spacing = both.spacing,
-                     .placement = both.placement};
+                     .placement = both.placement,
+                     .oblong = outer.oblong};
     std::ranges::transform(both.pixels[0].values, found.tissue.values.begin(),
                            [](float label) { return static_cast<int>(label); });
     return found;

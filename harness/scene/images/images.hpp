@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 
 /// Image files through ITK: NRRD, MetaImage, NIfTI, PNG, JPEG and TIFF. Where the project is built without it
@@ -28,20 +29,22 @@ namespace hdmbench {
 void read_images_apart(int argc, const char* const* argv);
 
 /// An image or a volume, the side of its pixels or voxels in millimetres (1 where the file says nothing) and
-/// where it lies. A file whose pixels are not square, or whose voxels are no cubes, is an InputError.
+/// where it lies. Where a file's pixels are not square, or its voxels no cubes, it is resampled to squares or
+/// cubes of their shortest side.
 template <typename Pixels>
 struct Image {
   Pixels pixels;
   double spacing = 1.0;
   Placement placement{};
-  bool padded = false; ///< `size` has another aspect: pixels beside the file's image are 0
+  bool padded = false;  ///< `size` has another aspect: pixels beside the file's image are 0
+  std::string oblong{}; ///< of a file whose pixels are not square, their sides: "1 mm x 1 mm x 2.5 mm"
 };
 
 /// `slice` picks the slice of a 3-D image along its third axis and is required there unless it has one slice,
 /// or `takes_volumes`: then all of them are read. `size` resamples about the image centre to this extent,
 /// keeping the aspect ratio, so that the whole image fits: linear for scalars and vectors, nearest neighbour
 /// for labels, 0 beside the image. Rows and columns are those of the file: no orientation is applied, but
-/// `placement` says how they lie. `spacing` replaces what the file says of its pixels.
+/// `placement` says how they lie. `spacing` replaces what the file says of its pixels, which are then square.
 struct ReadOptions {
   std::optional<int> slice{};
   std::optional<Extent> size{};
@@ -77,6 +80,7 @@ struct BrainSlice {
   LabelField tissue; ///< 0 outside the brain, then 1 ... classes by rising brightness; one part without holes
   double spacing = 1.0;
   Placement placement;
+  std::string oblong{}; ///< as of Image
 };
 /// A 3-D image whose background is 0, turned as its header says. No `slice`: the one that shows most of the
 /// brain. The grid has `size` pixels with the brain centred and at

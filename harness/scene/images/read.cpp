@@ -7,8 +7,11 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <functional>
 #include <numeric>
+#include <span>
 #include <string_view>
 #include <utility>
 
@@ -17,6 +20,11 @@ namespace hdmbench {
 namespace {
 
 constexpr double square_tolerance = 0.01; // of a pixel's side: rounding in headers, not another shape
+constexpr double most_pixels = 1 << 30;   // as of a file
+
+/// Each side of a pixel over the shortest one.
+using Aspect = std::array<double, 3>;
+constexpr Aspect square{1.0, 1.0, 1.0};
 
 /// Integers up to here survive the reading as float.
 constexpr float largest_label = 16777215.0F;
@@ -25,21 +33,14 @@ InputError unreadable(const std::filesystem::path& file, std::string_view why) {
   return InputError(fmt::format("cannot read the image {}: {}", file.string(), why));
 }
 
-/// Throws InputError where a volume's voxels are no cubes, a side has one voxel, or the directions are no
-/// rotation, mirrored or not.
+/// Throws InputError where a side of a volume has one voxel, or the directions are no rotation, mirrored or
+/// not.
 void require_volume(const std::filesystem::path& file, Extent extent, const images::Geometry& geometry) {
   if (std::min({extent.width, extent.height, extent.depth}) < 2) {
     throw unreadable(
         file, fmt::format("a volume of {} voxels is not possible, each side must be at least 2; one slice "
                           "along the third axis is an image",
                           extent.text()));
-  }
-  const auto& [x, y, z] = geometry.spacing;
-  if (!(std::abs(x - y) <= square_tolerance * x && std::abs(x - z) <= square_tolerance * x)) {
-    throw unreadable(file,
-                     fmt::format("its voxels are {} mm x {} mm x {} mm, they must be cubes; resample it, "
-                                 "or choose one of its slices 0 ... {}",
-                                 x, y, z, extent.depth - 1));
   }
   for (std::size_t i = 0; i < 3; ++i) {
     for (std::size_t j = i; j < 3; ++j) {
@@ -55,9 +56,14 @@ void require_volume(const std::filesystem::path& file, Extent extent, const imag
   }
 }
 
+/// What a file says, as it lies there.
+struct Stored {
+  Image<std::vector<ScalarField>> image; ///< its spacing is the shortest side of a pixel
+  Aspect aspect = square;
+};
+
 /// One slice of a file, or the volume, one field per component: one, or of a vector two or three.
-Image<std::vector<ScalarField>> read_pixels(const std::filesystem::path& file, const ReadOptions& options,
-                                            bool is_vector) {
+Stored read_pixels(const std::filesystem::path& file, const ReadOptions& options, bool is_vector) {
   const std::optional<int> slice = options.slice;
   const images::Pixels pixels = images::read_pixels(file);
   const auto& [size, spacing, origin, axes, components] = pixels.geometry;
@@ -73,10 +79,6 @@ Image<std::vector<ScalarField>> read_pixels(const std::filesystem::path& file, c
   if (slice && (*slice < 0 || *slice >= slices)) {
     throw unreadable(file,
                      fmt::format("there is no slice {}, it has the slices 0 ... {}", *slice, slices - 1));
-  }
-  if (!(std::abs(spacing[0] - spacing[1]) <= square_tolerance * spacing[0])) {
-    throw unreadable(file, fmt::format("its pixels are {} mm x {} mm, they must be square; resample it",
-                                       spacing[0], spacing[1]));
   }
   if (const double cosine = std::inner_product(axes[0].begin(), axes[0].end(), axes[1].begin(), 0.0);
       !(std::abs(cosine) <= square_tolerance)) {
@@ -99,14 +101,24 @@ Image<std::vector<ScalarField>> read_pixels(const std::filesystem::path& file, c
   placement = placement.moved(0.0, 0.0, slice.value_or(0) * spacing[2]);
   const float* value =
       pixels.values.data() + static_cast<std::size_t>(slice.value_or(0)) * extent.sites() * components;
-  Image<std::vector<ScalarField>> result{std::vector(components, ScalarField(extent)),
-                                         options.spacing.value_or(spacing[0]), placement};
+  Stored stored{
+      {std::vector(components, ScalarField(extent)), options.spacing.value_or(spacing[0]), placement}};
+  const auto sides = std::span(spacing).first(extent.axes());
+  const auto is_other = [&](double side) {
+    return !(std::abs(side - spacing[0]) <= square_tolerance * spacing[0]);
+  };
+  if (!options.spacing && std::ranges::any_of(sides, is_other)) {
+    stored.image.spacing = std::ranges::min(sides);
+    std::ranges::transform(sides, stored.aspect.begin(),
+                           [&](double side) { return side / stored.image.spacing; });
+    stored.image.oblong = fmt::format("{:g} mm", fmt::join(sides, " mm x "));
+  }
   for (std::size_t site = 0; site < extent.sites(); ++site) {
-    for (ScalarField& component : result.pixels) {
+    for (ScalarField& component : stored.image.pixels) {
       component.values[site] = *value++;
     }
   }
-  return result;
+  return stored;
 }
 
 using Sampler = float (*)(const ScalarField&, double, double, double);
@@ -121,30 +133,48 @@ float nearest_at(const ScalarField& field, double x, double y, double z) {
       .values[extent.index(nearest(x, extent.width), nearest(y, extent.height), nearest(z, extent.depth))];
 }
 
-/// Resamples every component to `size`, if it is given. Throws InputError where it has another number of
-/// axes.
+/// Resamples every component to squares or cubes: to `size` of them, if it is given, else where `aspect` is
+/// not 1 to as many of the shortest side as fit into the image. Throws InputError where `size` has another
+/// number of axes, or there are too many.
 void fit(const std::filesystem::path& file, Image<std::vector<ScalarField>>& image,
-         std::optional<Extent> size, Sampler sample_at) {
+         std::optional<Extent> size, Sampler sample_at, const Aspect& aspect = square) {
   const Extent from = image.pixels.front().extent;
-  if (!size || *size == from) {
+  if (size.value_or(from) == from && aspect == square) {
     return;
   }
-  if (size->axes() != from.axes()) {
+  if (size && size->axes() != from.axes()) {
     throw unreadable(file,
                      fmt::format("{}, and cannot be resampled to {}",
                                  from.axes() == 3 ? "it is a volume" : "it has one slice", size->text()));
   }
-  const double step = std::max({double(from.width) / size->width, double(from.height) / size->height,
-                                from.axes() == 3 ? double(from.depth) / size->depth : 0.0});
-  const auto position = [step](int pixel, int count, int of) {
-    return (pixel + 0.5 - 0.5 * count) * step + 0.5 * of - 0.5;
+  const std::array<int, 3> counts = from.sides();
+  std::array<double, 3> lengths{}; // shortest sides
+  std::ranges::transform(counts, aspect, lengths.begin(), std::multiplies());
+  double step = 1.0; // from one pixel to the next, shortest sides
+  if (size) {
+    step = 0.0;
+    for (std::size_t axis = 0; axis < from.axes(); ++axis) {
+      step = std::max(step, lengths[axis] / size->sides()[axis]);
+    }
+  } else {
+    if (lengths[0] * lengths[1] * lengths[2] > most_pixels) {
+      throw unreadable(file, fmt::format("its pixels are {}, and {:.3g} of the shortest side would fill it, "
+                                         "{} are possible; give a size",
+                                         image.oblong, lengths[0] * lengths[1] * lengths[2], most_pixels));
+    }
+    const auto whole = [](double length) { return static_cast<int>(length + 1e-6); }; // 3 * 0.1 / 0.3 is 1
+    size = Extent{whole(lengths[0]), whole(lengths[1]), whole(lengths[2])};
+  }
+  const std::array<int, 3> sides = size->sides();
+  const auto position = [&](std::size_t axis, int pixel) {
+    return (pixel + 0.5 - 0.5 * sides[axis]) * step / aspect[axis] + 0.5 * counts[axis] - 0.5;
   };
   for (ScalarField& component : image.pixels) {
     ScalarField resampled(*size);
     for_each_site(*size, [&](int column, int row, int slice) {
-      const double x = position(column, size->width, from.width);
-      const double y = position(row, size->height, from.height);
-      const double z = from.axes() == 3 ? position(slice, size->depth, from.depth) : 0.0;
+      const double x = position(0, column);
+      const double y = position(1, row);
+      const double z = from.axes() == 3 ? position(2, slice) : 0.0;
       if (x >= -0.5 && x <= from.width - 0.5 && y >= -0.5 && y <= from.height - 0.5 && z >= -0.5 &&
           z <= from.depth - 0.5) {
         resampled.values[size->index(column, row, slice)] = sample_at(component, x, y, z);
@@ -154,11 +184,24 @@ void fit(const std::filesystem::path& file, Image<std::vector<ScalarField>>& ima
     });
     component = std::move(resampled);
   }
-  image.placement =
-      image.placement.moved(image.spacing * position(0, size->width, from.width),
-                            image.spacing * position(0, size->height, from.height),
-                            from.axes() == 3 ? image.spacing * position(0, size->depth, from.depth) : 0.0);
+  image.placement = image.placement.moved(
+      image.spacing * aspect[0] * position(0, 0), image.spacing * aspect[1] * position(1, 0),
+      from.axes() == 3 ? image.spacing * aspect[2] * position(2, 0) : 0.0);
   image.spacing *= step;
+}
+
+/// The file's image or volume, resampled to what `options` ask for.
+Image<std::vector<ScalarField>> read_fitted(const std::filesystem::path& file, const ReadOptions& options,
+                                            bool is_vector) {
+  Stored stored = read_pixels(file, options, is_vector);
+  fit(file, stored.image, options.size, images::linear_at, stored.aspect);
+  return std::move(stored.image);
+}
+
+/// The image with other pixels.
+template <typename Pixels>
+Image<Pixels> with_pixels(const Image<std::vector<ScalarField>>& image, Pixels pixels) {
+  return {std::move(pixels), image.spacing, image.placement, image.padded, image.oblong};
 }
 
 } // namespace
@@ -169,7 +212,7 @@ void images::fit_nearest(const std::filesystem::path& file, Image<std::vector<Sc
 }
 
 Image<LabelField> read_labels(const std::filesystem::path& file, const ReadOptions& options) {
-  auto image = read_pixels(file, options, false);
+  auto [image, aspect] = read_pixels(file, options, false);
   const ScalarField& stored = image.pixels.front();
   const auto wrong = std::ranges::find_if_not(stored.values, [](float value) {
     return std::abs(value) <= largest_label && value == std::floor(value);
@@ -180,34 +223,32 @@ Image<LabelField> read_labels(const std::filesystem::path& file, const ReadOptio
                      fmt::format("the pixel at {} is {}, labels are integers of magnitude up to {}",
                                  stored.extent.place(static_cast<std::size_t>(site)), *wrong, largest_label));
   }
-  images::fit_nearest(file, image, options.size);
+  fit(file, image, options.size, nearest_at, aspect);
   const ScalarField& fitted = image.pixels.front();
   LabelField labels{fitted.extent, std::vector<int>(fitted.values.size())};
   std::ranges::transform(fitted.values, labels.values.begin(),
                          [](float value) { return static_cast<int>(value); });
-  return {std::move(labels), image.spacing, image.placement, image.padded};
+  return with_pixels(image, std::move(labels));
 }
 
 Image<ScalarField> read_scalar(const std::filesystem::path& file, const ReadOptions& options) {
-  auto image = read_pixels(file, options, false);
-  fit(file, image, options.size, images::linear_at);
-  return {std::move(image.pixels.front()), image.spacing, image.placement, image.padded};
+  auto image = read_fitted(file, options, false);
+  return with_pixels(image, std::move(image.pixels.front()));
 }
 
 Image<VectorField> read_vector(const std::filesystem::path& file, const ReadOptions& options) {
-  auto image = read_pixels(file, options, true);
-  fit(file, image, options.size, images::linear_at);
+  auto image = read_fitted(file, options, true);
   VectorField field;
   field.extent = image.pixels[0].extent;
   for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
     field[axis] = std::move(image.pixels[axis].values);
   }
-  return {std::move(field), image.spacing, image.placement, image.padded};
+  return with_pixels(image, std::move(field));
 }
 
 Image<VectorField> read_displacement(const std::filesystem::path& file, bool takes_volumes) {
-  const auto image = read_pixels(file, {.takes_volumes = takes_volumes}, true);
-  Image<VectorField> result{VectorField(image.pixels[0].extent), image.spacing, image.placement};
+  const auto image = read_fitted(file, {.takes_volumes = takes_volumes}, true);
+  Image<VectorField> result = with_pixels(image, VectorField(image.pixels[0].extent));
   const auto& axes = image.placement.axes;
   for (std::size_t site = 0; site < result.pixels[0].size(); ++site) {
     for (std::size_t axis = 0; axis < result.pixels.extent.axes(); ++axis) {
