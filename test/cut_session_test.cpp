@@ -24,11 +24,13 @@ faults::FaultyBackend limited(const char* inner, const Fits& fits, int& refused)
 /// Large images are cut, small ones are not, in one session; what cannot be cut so is refused.
 TEST(CutSession, GivesScalarsBits) {
   std::vector<test::BitCase> observed;
-  for (const Extent extent : {Extent{48, 48}, {1, 61}, {13, 90}, {50, 3}}) {
+  for (const Extent extent : {Extent{48, 48}, {1, 61}, {13, 90}, {50, 3}, {9, 11, 18}}) {
     // All sites observed, so that every site of a seam and of a halo has its own target.
     observed.push_back(test::random_bit_case(extent, test::Texture::tie_rich, 71));
-    std::ranges::fill(observed.back().problem.level.confidence[0], 1.0F);
-    std::ranges::fill(observed.back().problem.level.confidence[1], 0.5F);
+    VectorField& confidence = observed.back().problem.level.confidence;
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      std::ranges::fill(confidence[axis], axis == 1 ? 0.5F : 1.0F);
+    }
     observed.back().calls = {1, 1, 3, 4, 5, 9, 40, 131}; // halos are renewed on the way
   }
   const test::ExpectedBits seams(std::move(observed));

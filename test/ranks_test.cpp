@@ -70,6 +70,17 @@ TEST_F(RankProgram, WritesTheFileOfOneProcessByteForByte) {
                                {"random", "--size 45x61 --method annealing --iterations 20 --seed 7", 3}});
 }
 
+TEST_F(RankProgram, VolumesAreThoseOfOneProcess) {
+  expect_files_of_one_process(
+      {{"ball", "--size 9x30x22", 6},
+       {"cube", "--size 5x7x33 --update coloured", 4}, // layers: the last one has a slice more
+       {"cube", "--size 13x12x9 --method annealing --iterations 20 --seed 7", 3},
+       {"ball", "--size 33x18x27 --energy elastic", 4},
+       {"random", "--size 20x19x36 --energy elastic --method conjugate-gradients --iterations 2", 6},
+       {"cube", "--size 12x13x25", 3, "openmp+opencl+vulkan-compute"},
+       {"ball", "--size 17x13x25 --energy elastic", 3, "openmp+vulkan-compute+gl-compute"}});
+}
+
 TEST_F(RankProgram, AFieldLiesWhereTheImageOfTheSceneDoes) {
   (void)folder_.write("labels.nrrd",
                       "NRRD0004\ntype: uchar\ndimension: 2\nspace dimension: 2\nsizes: 20 17\nencoding: raw\n"
@@ -172,6 +183,9 @@ TEST_F(RankProgram, VerifyComparesEverySweepOnEveryNumberOfRanks) {
             4, " 0 are certified"},
            {"random --size 21x13 --backends openmp+vulkan-compute,gl-fragment --iterations 8", 3,
             "openmp+vulkan-compute on 3 ranks"},
+           {"ball --size 9x10x21 --backends scalar,openmp --iterations 6 --methods icm", 4,
+            "0 are certified"},
+           {"ball --size 12x9x17 --energy elastic --backends openmp --quick", 3, " 0 are certified"},
            {"random --size 21x13 --backends openmp --methods closed-form,sequential --quick", 2,
             "sequential, is left out"},
            {"random --size 23x45 --backends scalar,openmp --iterations 3 --methods annealing,cascade", 4,

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iterator>
 #include <limits>
+#include <optional>
 
 namespace hdmbench {
 
@@ -11,44 +12,53 @@ namespace {
 /// Wide enough for the thesis's 50 iterations a level without a renewal.
 constexpr int widest_halo = 64;
 
-int granules(int sites, int granule) {
-  return (sites + granule - 1) / granule;
+/// What a piece may own along an axis at least: a volume's is one.
+constexpr std::array<int, 3> least{1, 1, 2};
+
+/// How many pieces an axis can have.
+int most_pieces(Extent extent, std::size_t axis, int granule) {
+  const int sites = extent.sides()[axis];
+  return std::max(1, (sites - least[axis] + granule) / granule);
 }
 
-/// Where the pieces of an axis begin, and its end; no piece is empty.
-std::vector<int> bounds(int sites, int pieces, int granule) {
+/// Where the pieces of an axis begin, and its end.
+std::vector<int> bounds(Extent extent, std::size_t axis, int pieces, int granule) {
+  const int most = most_pieces(extent, axis, granule);
   std::vector<int> result;
-  for (int i = 0; i <= pieces; ++i) {
-    result.push_back(
-        std::min(sites, granule * static_cast<int>(1LL * granules(sites, granule) * i / pieces)));
+  for (int i = 0; i < pieces; ++i) {
+    result.push_back(granule * static_cast<int>(1LL * most * i / pieces));
   }
+  result.push_back(extent.sides()[axis]);
   return result;
 }
 
 /// `owned` and `halo` sites more on each side, as far as the image goes.
-Rectangle with_halo(const Rectangle& owned, int halo, Extent extent) {
-  const int left = std::max(0, owned.left - halo);
-  const int top = std::max(0, owned.top - halo);
-  return {.left = left,
-          .top = top,
-          .width = std::min(extent.width, owned.left + owned.width + halo) - left,
-          .height = std::min(extent.height, owned.top + owned.height + halo) - top};
+Box with_halo(const Box& owned, int halo, Extent extent) {
+  Box box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.first[axis] = std::max(0, owned.first[axis] - halo);
+    box.end[axis] = std::min(extent.sides()[axis], owned.end[axis] + halo);
+  }
+  return box;
 }
 
-/// Columns of the `count` pieces whose cuts are the shortest; 0 where no piece may be that small.
-int columns_of(Extent extent, int count, int granule) {
-  int best = 0;
-  long long shortest = std::numeric_limits<long long>::max();
+/// How many pieces each axis has where the cuts are the smallest; none where no piece may be that small.
+std::optional<std::array<int, 3>> pieces_of(Extent extent, int count, int granule) {
+  std::optional<std::array<int, 3>> best;
+  double smallest = std::numeric_limits<double>::infinity();
   for (int columns = 1; columns <= count; ++columns) {
-    const int rows = count / columns;
-    if (columns * rows != count || granules(extent.width, granule) < columns ||
-        granules(extent.height, granule) < rows) {
-      continue;
-    }
-    const long long length = (columns - 1LL) * extent.height + (rows - 1LL) * extent.width;
-    if (length < shortest) { // of two that are alike the one with longer rows
-      shortest = length;
-      best = columns;
+    for (int rows = 1; rows <= count / columns; ++rows) {
+      const std::array<int, 3> pieces{columns, rows, count / columns / rows};
+      double area = 0.0;
+      bool is_possible = pieces[0] * pieces[1] * pieces[2] == count;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        is_possible = is_possible && pieces[axis] <= most_pieces(extent, axis, granule);
+        area += static_cast<double>(extent.sites()) / extent.sides()[axis] * (pieces[axis] - 1);
+      }
+      if (is_possible && area < smallest) { // of two that are alike the one with longer rows
+        smallest = area;
+        best = pieces;
+      }
     }
   }
   return best;
@@ -56,39 +66,44 @@ int columns_of(Extent extent, int count, int granule) {
 
 } // namespace
 
-Rectangle all_of(Extent extent) {
-  return {.left = 0, .top = 0, .width = extent.width, .height = extent.height};
+Box all_of(Extent extent) {
+  return {.first = {}, .end = extent.sides()};
 }
 
-Rectangle intersection(const Rectangle& a, const Rectangle& b) {
-  const int left = std::max(a.left, b.left);
-  const int top = std::max(a.top, b.top);
-  return {.left = left,
-          .top = top,
-          .width = std::max(0, std::min(a.left + a.width, b.left + b.width) - left),
-          .height = std::max(0, std::min(a.top + a.height, b.top + b.height) - top)};
+Box intersection(const Box& a, const Box& b) {
+  Box box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.first[axis] = std::max(a.first[axis], b.first[axis]);
+    box.end[axis] = std::max(box.first[axis], std::min(a.end[axis], b.end[axis]));
+  }
+  return box;
 }
 
 Cut cut_image(Extent extent, int count, int halo, int granule) {
-  const int columns = columns_of(extent, count, granule);
-  if (columns == 0) {
+  const std::optional<std::array<int, 3>> pieces = pieces_of(extent, count, granule);
+  if (!pieces) {
     return {};
   }
-  const int rows = count / columns;
-  const std::vector<int> xs = bounds(extent.width, columns, granule);
-  const std::vector<int> ys = bounds(extent.height, rows, granule);
-  const int smallest = std::min(columns > 1 ? extent.width / columns : extent.height / rows,
-                                rows > 1 ? extent.height / rows : extent.width / columns);
-  const int an_eighth = std::clamp(smallest / 8 / granule * granule, granule, std::max(granule, widest_halo));
-  Cut cut{.pieces = {}, .halo = halo > 0 ? halo : an_eighth};
-  for (std::size_t row = 0; row + 1 < ys.size(); ++row) {
-    for (std::size_t column = 0; column + 1 < xs.size(); ++column) {
-      const Rectangle owned{.left = xs[column],
-                            .top = ys[row],
-                            .width = xs[column + 1] - xs[column],
-                            .height = ys[row + 1] - ys[row]};
-      cut.pieces.push_back({.owned = owned, .loaded = with_halo(owned, cut.halo, extent)});
+  std::array<std::vector<int>, 3> ends;
+  int shortest = std::numeric_limits<int>::max(); // along a cut
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    ends[axis] = bounds(extent, axis, pieces->at(axis), granule);
+    if (axis < extent.axes() && (pieces->at(axis) > 1 || count == 1)) {
+      shortest = std::min(shortest, extent.sides()[axis] / pieces->at(axis));
     }
+  }
+  const int an_eighth = std::clamp(shortest / 8 / granule * granule, granule, std::max(granule, widest_halo));
+  Cut cut{.pieces = {}, .halo = halo > 0 ? halo : an_eighth};
+  for (int number = 0; number < count; ++number) {
+    const std::array<int, 3> place{number % (*pieces)[0], number / (*pieces)[0] % (*pieces)[1],
+                                   number / (*pieces)[0] / (*pieces)[1]};
+    Box owned;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto begin = ends[axis].begin() + place[axis];
+      owned.first[axis] = *begin;
+      owned.end[axis] = *(begin + 1);
+    }
+    cut.pieces.push_back({.owned = owned, .loaded = with_halo(owned, cut.halo, extent)});
   }
   return cut;
 }
@@ -96,16 +111,19 @@ Cut cut_image(Extent extent, int count, int halo, int granule) {
 Cut cut_rows(Extent extent, int count, int halo) {
   Cut cut = cut_image({1, extent.height}, count, halo);
   for (Piece& piece : cut.pieces) {
-    piece.owned.width = piece.loaded.width = extent.width;
+    for (Box* const box : {&piece.owned, &piece.loaded}) {
+      box->end[0] = extent.width;
+      box->end[2] = extent.depth;
+    }
   }
   return cut;
 }
 
-std::vector<Transfer> transfers(std::span<const Rectangle> held, std::span<const Rectangle> wanted) {
+std::vector<Transfer> transfers(std::span<const Box> held, std::span<const Box> wanted) {
   std::vector<Transfer> all;
   for (std::size_t from = 0; from < held.size(); ++from) {
     for (std::size_t to = 0; to < wanted.size(); ++to) {
-      const Rectangle sites = intersection(held[from], wanted[to]);
+      const Box sites = intersection(held[from], wanted[to]);
       if (from != to && sites.extent().sites() > 0) {
         all.push_back({from, to, sites});
       }
@@ -114,32 +132,36 @@ std::vector<Transfer> transfers(std::span<const Rectangle> held, std::span<const
   return all;
 }
 
-void copy(const Rectangle& part, std::span<const float> from, const Rectangle& from_sites,
-          std::span<float> to, const Rectangle& to_sites) {
-  if (part.width == 0) {
+void copy(const Box& part, std::span<const float> from, const Box& from_sites, std::span<float> to,
+          const Box& to_sites) {
+  if (part.extent().sites() == 0) {
     return; // where then is outside of both
   }
-  for (int y = part.top; y < part.top + part.height; ++y) {
-    const auto at = [&](const Rectangle& sites) {
-      return static_cast<std::ptrdiff_t>(sites.extent().index(part.left - sites.left, y - sites.top));
-    };
-    std::copy_n(from.begin() + at(from_sites), part.width, to.begin() + at(to_sites));
+  for (int z = part.first[2]; z < part.end[2]; ++z) {
+    for (int y = part.first[1]; y < part.end[1]; ++y) {
+      const auto at = [&](const Box& sites) {
+        return static_cast<std::ptrdiff_t>(
+            sites.extent().index(part.first[0] - sites.first[0], y - sites.first[1], z - sites.first[2]));
+      };
+      std::copy_n(from.begin() + at(from_sites), part.extent().width, to.begin() + at(to_sites));
+    }
   }
 }
 
-void copy(const Rectangle& part, const VectorField& from, const Rectangle& from_sites, VectorField& to,
-          const Rectangle& to_sites) {
-  copy(part, from[0], from_sites, to[0], to_sites);
-  copy(part, from[1], from_sites, to[1], to_sites);
+void copy(const Box& part, const VectorField& from, const Box& from_sites, VectorField& to,
+          const Box& to_sites) {
+  for (std::size_t axis = 0; axis < to_sites.extent().axes(); ++axis) {
+    copy(part, from[axis], from_sites, to[axis], to_sites);
+  }
 }
 
-VectorField part_of(const VectorField& field, const Rectangle& part) {
+VectorField part_of(const VectorField& field, const Box& part) {
   VectorField result(part.extent());
   copy(part, field, all_of(field.extent), result, part);
   return result;
 }
 
-ScalarField part_of(const ScalarField& field, const Rectangle& part) {
+ScalarField part_of(const ScalarField& field, const Box& part) {
   ScalarField result(part.extent());
   copy(part, field.values, all_of(field.extent), result.values, part);
   return result;
@@ -150,7 +172,7 @@ int seed_from_row(int seed, int row) {
   return seed % numbers + numbers * ((seed / numbers + row) % numbers);
 }
 
-Level part_of(const Level& level, const Rectangle& part) {
+Level part_of(const Level& level, const Box& part) {
   Level result = without_fields(level);
   result.extent = part.extent();
   result.target = part_of(level.target, part);

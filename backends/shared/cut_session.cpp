@@ -11,9 +11,6 @@ namespace {
 
 /// Throws where the image, of which a session said `error`, cannot be cut.
 void require_cuttable(const Level& level, const TooLarge& error) {
-  if (level.extent.axes() > 2) {
-    throw TooLarge(fmt::format("{}, and only images are cut into pieces", error.what()));
-  }
   if (level.update == Update::sequential) {
     throw TooLarge(fmt::format(
         "{}, and the image cannot be cut into pieces because sequential updates cross it in one sweep",
@@ -53,7 +50,7 @@ void CutSession::load_pieces(const Level& level, const TooLarge& error) {
           sessions_.push_back(open_());
         }
         Level piece = part_of(level, cut.pieces[i].loaded);
-        piece.seed = seed_from_row(level.seed, cut.pieces[i].loaded.top);
+        piece.seed = seed_from_row(level.seed, cut.pieces[i].loaded.first[1]);
         sessions_[i]->load(piece);
       }
       extent_ = level.extent;
@@ -101,7 +98,11 @@ void CutSession::do_step(int /*first*/, int sweeps) {
   do_read(after);
   changed_ = 0;
   for (std::size_t at = 0; at < extent_.sites(); ++at) {
-    changed_ += before[0][at] != after[0][at] || before[1][at] != after[1][at] ? 1 : 0;
+    bool changed = false;
+    for (std::size_t axis = 0; axis < extent_.axes(); ++axis) {
+      changed = changed || before[axis][at] != after[axis][at];
+    }
+    changed_ += changed ? 1 : 0;
   }
 }
 

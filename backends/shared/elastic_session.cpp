@@ -9,24 +9,34 @@ ScalarField ElasticSession::dot_squares(ElasticField first, ElasticField second,
   read(0, second, b);
   ScalarField sums(a.extent);
   for (std::size_t at = 0; at < sums.values.size(); ++at) {
-    sums.values[at] = ElasticInFloat::site_product(a[0][at], b[0][at], a[1][at], b[1][at]);
+    float& product = sums.values[at];
+    product = ElasticInFloat::site_product(a[0][at], b[0][at], a[1][at], b[1][at]);
+    product = a.extent.axes() == 2 ? product : ElasticInFloat::with_term(product, a[2][at], b[2][at]);
   }
   for (int done = 0; done < height; ++done) {
-    sums = square_sums(sums);
+    sums = square_sums(sums, a.extent.axes());
   }
   return sums;
 }
 
-ScalarField square_sums(const ScalarField& sums) {
+ScalarField square_sums(const ScalarField& sums, std::size_t axes) {
   const Extent extent = sums.extent;
-  const auto value = [&](int x, int y) {
-    return x < extent.width && y < extent.height ? sums.values[extent.index(x, y)] : 0.0F;
+  const auto value = [&](int x, int y, int z) {
+    return x < extent.width && y < extent.height && z < extent.depth ? sums.values[extent.index(x, y, z)]
+                                                                     : 0.0F;
   };
-  ScalarField next(Extent{(extent.width + 1) / 2, (extent.height + 1) / 2});
-  for (int y = 0; y < next.extent.height; ++y) {
-    for (int x = 0; x < next.extent.width; ++x) {
-      next.values[next.extent.index(x, y)] = ElasticInFloat::square_sum(
-          value(2 * x, 2 * y), value(2 * x + 1, 2 * y), value(2 * x, 2 * y + 1), value(2 * x + 1, 2 * y + 1));
+  const auto square = [&](int x, int y, int z) {
+    return ElasticInFloat::square_sum(value(x, y, z), value(x + 1, y, z), value(x, y + 1, z),
+                                      value(x + 1, y + 1, z));
+  };
+  ScalarField next(Extent{(extent.width + 1) / 2, (extent.height + 1) / 2, (extent.depth + 1) / 2});
+  for (int z = 0; z < next.extent.depth; ++z) {
+    for (int y = 0; y < next.extent.height; ++y) {
+      for (int x = 0; x < next.extent.width; ++x) {
+        const float near = square(2 * x, 2 * y, 2 * z);
+        next.values[next.extent.index(x, y, z)] =
+            axes == 2 ? near : ElasticInFloat::corrected_by_one(near, square(2 * x, 2 * y, 2 * z + 1));
+      }
     }
   }
   return next;

@@ -64,7 +64,7 @@ public:
   [[nodiscard]] virtual ScalarField dot_squares(ElasticField first, ElasticField second, int height) const;
 };
 
-/// The next level of the tree: sums of 2 x 2.
-[[nodiscard]] ScalarField square_sums(const ScalarField& sums);
+/// The next level of the tree: sums of 2 x 2, of a volume's of 2 x 2 x 2.
+[[nodiscard]] ScalarField square_sums(const ScalarField& sums, std::size_t axes);
 
 } // namespace hdmbench

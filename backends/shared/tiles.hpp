@@ -1,5 +1,6 @@
 #pragma once
 
+#include "backends/shared/box.hpp"
 #include "kernels/data/level.hpp"
 #include "kernels/data/pyramid.hpp"
 
@@ -40,33 +41,6 @@ namespace hdmbench {
 
 using tile_class::class_count;
 using tile_class::general_class;
-
-/// Sites first ... end - 1 along each axis.
-struct Box {
-  std::array<int, 3> first{};
-  std::array<int, 3> end{};
-
-  /// With the neighbours of all its sites, as far as they are in the level.
-  [[nodiscard]] Box with_rim(Extent extent) const {
-    Box box = *this;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      box.first[axis] = std::max(first[axis] - 1, 0);
-      box.end[axis] = std::min(end[axis] + 1, extent.sides()[axis]);
-    }
-    return box;
-  }
-  /// Whether any_other(first, end, y, z), of sites first ... end - 1 of a row, is true of one of the rows.
-  template <typename AnyOther>
-  [[nodiscard]] bool has_row(const AnyOther& any_other) const {
-    bool found = false;
-    for (int z = first[2]; z < end[2] && !found; ++z) {
-      for (int y = first[1]; y < end[1] && !found; ++y) {
-        found = any_other(first[0], end[0], y, z);
-      }
-    }
-    return found;
-  }
-};
 
 /// Classes that programs are made for, with the general one, as class_in_use() has them.
 [[nodiscard]] constexpr std::size_t class_set(std::initializer_list<std::size_t> classes) {

@@ -29,7 +29,7 @@ private:
     share_ = sharing_.level(level.extent, level.rule == Rule::annealing);
     if (has_piece()) {
       Level piece = part_of(level, share_.loaded[rank_]);
-      piece.seed = seed_from_row(level.seed, share_.loaded[rank_].top);
+      piece.seed = seed_from_row(level.seed, share_.loaded[rank_].first[1]);
       if (fault_.in_level) {
         fault_.in_level(piece, rank_);
       }
@@ -162,7 +162,10 @@ RankBackend::RankBackend(Ranks& ranks, const std::vector<std::unique_ptr<Backend
   if (ranks.largest(absence_.empty() ? 0.0 : 1.0) > 0.0 && absence_.empty()) {
     absence_ = "another rank has no such device";
   }
-  has_elastic_ = ranks.largest(own_.has_elastic() ? 0.0 : 1.0) == 0.0;
+  const auto all_have = [&](bool own) { return ranks.largest(own ? 0.0 : 1.0) == 0.0; };
+  has_elastic_ = all_have(own_.has_elastic());
+  takes_volumes_ = all_have(own_.takes_volumes());
+  has_elastic_volumes_ = all_have(own_.has_elastic_volumes());
 }
 
 std::vector<Device> RankBackend::devices() const {
@@ -228,8 +231,8 @@ Scene sleeping_pieces(int ranks) {
   scene.schedule.iterations = 12; // three renewals
 
   const Cut cut = Sharing{.ranks = ranks, .pieces = ranks, .fewest_sites = 1}.level(extent, false).cut;
-  const Rectangle& first = cut.pieces.front().owned;
-  const std::size_t site = extent.index(first.width - cut.halo - 1, first.height - cut.halo - 1);
+  const Box& first = cut.pieces.front().owned;
+  const std::size_t site = extent.index(first.end[0] - cut.halo - 1, first.end[1] - cut.halo - 1);
   level.target[0][site] = level.target[1][site] = pull;
   level.confidence[0][site] = level.confidence[1][site] = 1.0F;
   return scene;

@@ -15,26 +15,34 @@ namespace hdmbench {
 namespace {
 
 /// The sites `part` of a level and the cells between them.
-ElasticLevel part_of(const ElasticLevel& level, const Rectangle& part) {
-  ElasticLevel result = empty_level(part.extent());
+ElasticLevel part_of(const ElasticLevel& level, const Box& part) {
+  ElasticLevel result = empty_level(part.extent(), level.moments.size());
+  const auto first = [&](int y, int z) {
+    return static_cast<std::ptrdiff_t>(level.grid.index(part.first[0], part.first[1] + y, part.first[2] + z));
+  };
   const auto copy_rows = [&](const auto& from, auto& to, Extent extent) {
     for (std::size_t i = 0; i < from.size(); ++i) {
-      for (int y = 0; y < extent.height; ++y) {
-        std::copy_n(from[i].begin() + static_cast<std::ptrdiff_t>(level.grid.index(part.left, part.top + y)),
-                    extent.width, to[i].begin() + static_cast<std::ptrdiff_t>(result.grid.index(0, y)));
+      for (int row = 0; row < extent.rows(); ++row) {
+        const int y = row % extent.height;
+        const int z = row / extent.height;
+        std::copy_n(from[i].begin() + first(y, z), extent.width,
+                    to[i].begin() + static_cast<std::ptrdiff_t>(result.grid.index(0, y, z)));
       }
     }
   };
   const Extent cells = result.grid.cells();
   copy_rows(level.response, result.response, part.extent());
-  copy_rows(level.moments, result.moments, cells);
+  const bool has_site_moduli = level.moments.size() == 1; // of the image of a volume
+  copy_rows(level.moments, result.moments, has_site_moduli ? part.extent() : cells);
   MaskedCells& masked = result.masked;
+  masked.components = level.masked.components;
   masked.rows = static_cast<std::size_t>(cells.height);
-  for (int y = 0; y < cells.height; ++y) {
+  for (int row = 0; row < cells.rows(); ++row) {
     masked.begin.push_back(masked.x.size());
-    const auto [first, end] = level.masked.row(part.top + y);
-    for (std::size_t i = first; i < end; ++i) {
-      const int x = level.masked.x[i] - part.left;
+    const auto [begin, end] =
+        level.masked.row(part.first[1] + row % cells.height, part.first[2] + row / cells.height);
+    for (std::size_t i = begin; i < end; ++i) {
+      const int x = level.masked.x[i] - part.first[0];
       if (x >= 0 && x < cells.width) {
         masked.x.push_back(x);
         const float* const matrix = level.masked.matrix(i);
@@ -47,6 +55,11 @@ ElasticLevel part_of(const ElasticLevel& level, const Rectangle& part) {
   return result;
 }
 
+/// What all levels have in common.
+ElasticHierarchy without_levels(const ElasticHierarchy& hierarchy) {
+  return {.ratio = hierarchy.ratio, .lame = hierarchy.lame, .levels = {}, .coarsest_inverse = {}};
+}
+
 class RankElasticSession final : public SteppedElasticSession {
 public:
   using Open = std::function<std::unique_ptr<ElasticSession>()>;
@@ -56,9 +69,6 @@ public:
         halos_(ranks, fault, rank_), open_(std::move(open)) {}
 
   void load(const ElasticHierarchy& hierarchy) override {
-    if (hierarchy.levels.front().grid.axes() == 3) {
-      throw DeviceError("ranks share images, not volumes");
-    }
     std::vector<Extent> levels;
     std::ranges::transform(hierarchy.levels, std::back_inserter(levels),
                            [](const ElasticLevel& level) { return level.grid.sites; });
@@ -76,14 +86,15 @@ public:
     };
     if (cut_levels > 0 && rank_ < share_.image().cut.pieces.size()) {
       // A level without stiffness ends it, so that it is a hierarchy as any other.
-      constexpr Extent least{2, 2};
-      piece_sheet_ = {.ratio = hierarchy.ratio, .levels = {}, .coarsest_inverse = {}};
-      piece_sheet_.coarsest_inverse.resize(4 * least.sites() * least.sites());
+      const std::size_t axes = hierarchy.levels.front().grid.axes();
+      const Extent least{2, 2, axes == 3 ? 2 : 1};
+      piece_sheet_ = without_levels(hierarchy);
+      piece_sheet_.coarsest_inverse.assign(axes * least.sites() * axes * least.sites(), 0.0F);
       for (int level = 0; level <= cut_levels; ++level) {
         piece_sheet_.levels.push_back(
             part_of(hierarchy.levels[static_cast<std::size_t>(level)], share_.share(level).loaded[rank_]));
       }
-      piece_sheet_.levels.push_back(empty_level(least));
+      piece_sheet_.levels.push_back(empty_level(least, hierarchy.levels[1].moments.size()));
       if (fault_.in_sheet) {
         fault_.in_sheet(piece_sheet_, rank_);
       }
@@ -93,10 +104,11 @@ public:
     }
     if (ranks_.is_first() && cut_levels > 0) { // nothing is asked of the levels before
       const auto first = hierarchy.levels.begin() + cut_levels;
-      coarse_sheet_ = {
-          .ratio = hierarchy.ratio, .levels = {}, .coarsest_inverse = hierarchy.coarsest_inverse};
-      coarse_sheet_.levels.assign(static_cast<std::size_t>(cut_levels),
-                                  empty_level({first->grid.sites.width, 2}));
+      coarse_sheet_ = without_levels(hierarchy);
+      coarse_sheet_.coarsest_inverse = hierarchy.coarsest_inverse;
+      for (auto level = hierarchy.levels.begin(); level != first; ++level) {
+        coarse_sheet_.levels.push_back(empty_level(first->grid.sites, level->moments.size()));
+      }
       coarse_sheet_.levels.insert(coarse_sheet_.levels.end(), first, hierarchy.levels.end());
     }
     if (ranks_.is_first()) {
@@ -116,7 +128,7 @@ public:
   }
 
   void read(int level, ElasticField field, VectorField& values) const override {
-    const std::vector<Rectangle> held =
+    const std::vector<Box> held =
         share_.is_cut(level) ? share_.share(level).owned : all_on_first(sites(level), ranks_.size());
     VectorField own(held[rank_].extent());
     if (share_.is_cut(level)) {
@@ -127,8 +139,8 @@ public:
     values = redistribute(ranks_, rank_, held, all_on_each(sites(level), ranks_.size()), own);
   }
 
-  /// The tree of one rank: its squares of 2^cut_levels sites a side lie within pieces, and the first rank
-  /// adds up the rest.
+  /// The tree of one rank: its squares, or cubes, of 2^cut_levels sites a side lie within pieces, and the
+  /// first rank adds up the rest.
   [[nodiscard]] float dot(ElasticField first, ElasticField second) const override {
     const int height = share_.cut_levels();
     float sum = 0.0F;
@@ -136,14 +148,16 @@ public:
       on(coarse_.get(), [&](const ElasticSession& coarse) { sum = coarse.dot(first, second); });
       return value_of_first(sum);
     }
-    const auto squares = [&](const Rectangle& part) {
+    const auto squares = [&](const Box& part) {
       const auto up = [&](int side) { return (side + (1 << height) - 1) >> height; };
-      return Rectangle{.left = part.left >> height,
-                       .top = part.top >> height,
-                       .width = up(part.width),
-                       .height = up(part.height)};
+      Box result;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        result.first[axis] = part.first[axis] >> height;
+        result.end[axis] = up(part.end[axis]);
+      }
+      return result;
     };
-    std::vector<Rectangle> held;
+    std::vector<Box> held;
     std::ranges::transform(share_.image().owned, std::back_inserter(held), squares);
     const Extent all = squares(all_of(sites(0))).extent();
     ScalarField own;
@@ -155,7 +169,7 @@ public:
     sums.extent = all;
     sums.values = redistribute(halos_, rank_, held, all_on_first(all, ranks_.size()), own.values);
     while (ranks_.is_first() && sums.extent.sites() > 1) {
-      sums = square_sums(sums);
+      sums = square_sums(sums, sites(0).axes());
     }
     return value_of_first(ranks_.is_first() ? sums.values.front() : 0.0F);
   }
@@ -193,7 +207,7 @@ private:
   [[nodiscard]] Extent sites(int level) const { return share_.levels.at(static_cast<std::size_t>(level)); }
   /// What this rank owns of a cut level, or of the one below.
   [[nodiscard]] VectorField owned(int level, ElasticField field) const {
-    const Rectangle& sites = share_.share(level).owned[rank_];
+    const Box& sites = share_.share(level).owned[rank_];
     VectorField own(sites.extent());
     on(piece_.get(), [&](const ElasticSession& piece) {
       VectorField loaded;
@@ -203,10 +217,12 @@ private:
     return own;
   }
   /// Sites of a cut level, or of the one below, as the session of the piece numbers them.
-  [[nodiscard]] Rectangle in_piece(int level, Rectangle part) const {
-    const Rectangle& loaded = share_.share(level).loaded[rank_];
-    part.left -= loaded.left;
-    part.top -= loaded.top;
+  [[nodiscard]] Box in_piece(int level, Box part) const {
+    const Box& loaded = share_.share(level).loaded[rank_];
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      part.first[axis] -= loaded.first[axis];
+      part.end[axis] -= loaded.first[axis];
+    }
     return part;
   }
   /// call(session), where this rank has one.
@@ -234,7 +250,7 @@ private:
 
   void send_load() {
     const int level = share_.cut_levels();
-    const std::vector<Rectangle>& held = share_.share(level).owned;
+    const std::vector<Box>& held = share_.share(level).owned;
     const VectorField whole = redistribute(halos_, rank_, held, all_on_first(sites(level), ranks_.size()),
                                            owned(level, ElasticField::load));
     on(coarse_.get(), [&](ElasticSession& coarse) { coarse.write(level, ElasticField::load, whole); });

@@ -18,18 +18,14 @@ namespace hdmbench::faults {
 
 namespace {
 
-/// `sites` without the row or column that is farthest from `from`, on one side of it.
-Rectangle without_farthest(Rectangle sites, const Rectangle& from) {
-  if (sites.top >= from.top + from.height) {
-    sites.height -= 1;
-  } else if (sites.top + sites.height <= from.top) {
-    sites.top += 1;
-    sites.height -= 1;
-  } else if (sites.left >= from.left + from.width) {
-    sites.width -= 1;
-  } else {
-    sites.left += 1;
-    sites.width -= 1;
+/// `sites` without the slice, row or column that is farthest from `from`, on one side of it.
+Box without_farthest(Box sites, const Box& from) {
+  for (std::size_t axis = 3; axis-- > 0;) {
+    const bool is_before = sites.end[axis] <= from.first[axis];
+    if (is_before || sites.first[axis] >= from.end[axis]) {
+      (is_before ? sites.first : sites.end)[axis] += is_before ? 1 : -1;
+      return sites;
+    }
   }
   return sites;
 }
@@ -43,7 +39,7 @@ void shorten(std::vector<Parcel>& arrived, std::span<const Transfer> ways) {
     if (back == ways.end()) { // no halo, but a level on its way to or from the first rank
       continue;
     }
-    const Rectangle kept = without_farthest(way.sites, back->sites);
+    const Box kept = without_farthest(way.sites, back->sites);
     const std::size_t whole = way.sites.extent().sites();
     const std::size_t part = kept.extent().sites();
     const std::size_t arrays = parcel.values.size() / whole;
@@ -61,8 +57,7 @@ class Stale {
 public:
   void operator()(std::vector<Parcel>& arrived, std::span<const Transfer> /*ways*/) {
     for (Parcel& parcel : arrived) {
-      const Rectangle& sites = parcel.way.sites;
-      auto& before = before_[{parcel.way.from, sites.left, sites.top, sites.width, sites.height}];
+      auto& before = before_[{parcel.way.from, parcel.way.sites}];
       const std::vector<float> now = parcel.values;
       parcel.values = before.empty() ? now : before;
       before = now;
@@ -70,7 +65,7 @@ public:
   }
 
 private:
-  std::map<std::tuple<std::size_t, int, int, int, int>, std::vector<float>> before_;
+  std::map<std::pair<std::size_t, Box>, std::vector<float>> before_;
 };
 
 /// Two neighbours change places.

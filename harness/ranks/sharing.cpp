@@ -18,23 +18,15 @@ LevelShare by_rank(Cut cut, int ranks) {
   return share;
 }
 
-/// Sites of an axis, first and count.
-struct Range {
-  int first = 0;
-  int count = 0;
-};
-
 /// Coarse site i is fine site 2^level i; the end of the image is the end of its levels.
-Range on_level(Range range, int image, int level, int level_sites) {
-  const int first = range.first >> level;
-  const int end = range.first + range.count;
-  return {first, (end == image ? level_sites : ((end - 1) >> level) + 1) - first};
-}
-
-Rectangle on_level(const Rectangle& part, Extent image, int level, Extent sites) {
-  const Range across = on_level({part.left, part.width}, image.width, level, sites.width);
-  const Range down = on_level({part.top, part.height}, image.height, level, sites.height);
-  return {.left = across.first, .top = down.first, .width = across.count, .height = down.count};
+Box on_level(const Box& part, Extent image, int level, Extent sites) {
+  Box box;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    box.first[axis] = part.first[axis] >> level;
+    box.end[axis] =
+        part.end[axis] == image.sides()[axis] ? sites.sides()[axis] : ((part.end[axis] - 1) >> level) + 1;
+  }
+  return box;
 }
 
 /// The cut of the image on another level.
@@ -48,23 +40,25 @@ LevelShare on_level(const Cut& image_cut, Extent image, int level, Extent sites,
   return by_rank(std::move(cut), ranks);
 }
 
-/// Cut at multiples of 2^cut_levels sites; no pieces where that cannot be. A piece is loaded with one site
-/// more than a multiple, so that its last cells are whole on all levels.
+/// Cut at multiples of 2^cut_levels sites, a volume at twice as many, so that the level below has two slices
+/// of each piece; no pieces where that cannot be. A piece is loaded with one site more than a multiple, so
+/// that its last cells are whole on all levels.
 Cut elastic_cut(Extent image, int count, int cut_levels, int halo) {
   const int granule = 1 << cut_levels;
-  Cut cut = cut_image(image, count, halo * granule / 2, granule);
+  Cut cut = cut_image(image, count, halo * granule / 2, image.axes() == 3 ? 2 * granule : granule);
   for (Piece& piece : cut.pieces) {
-    piece.loaded.width += piece.loaded.left + piece.loaded.width < image.width ? 1 : 0;
-    piece.loaded.height += piece.loaded.top + piece.loaded.height < image.height ? 1 : 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      piece.loaded.end[axis] += piece.loaded.end[axis] < image.sides()[axis] ? 1 : 0;
+    }
   }
   return cut;
 }
 
 /// Copies `part` of all arrays.
-void copy_arrays(const Rectangle& part, int arrays, std::span<const float> from, const Rectangle& from_sites,
-                 std::span<float> to, const Rectangle& to_sites) {
+void copy_arrays(const Box& part, int arrays, std::span<const float> from, const Box& from_sites,
+                 std::span<float> to, const Box& to_sites) {
   for (std::size_t i = 0; i < static_cast<std::size_t>(arrays); ++i) {
-    const auto array = [i](auto values, const Rectangle& sites) {
+    const auto array = [i](auto values, const Box& sites) {
       return values.subspan(i * sites.extent().sites(), sites.extent().sites());
     };
     copy(part, array(from, from_sites), from_sites, array(to, to_sites), to_sites);
@@ -73,14 +67,14 @@ void copy_arrays(const Rectangle& part, int arrays, std::span<const float> from,
 
 } // namespace
 
-std::vector<Rectangle> all_on_first(Extent extent, int ranks) {
-  std::vector<Rectangle> held(static_cast<std::size_t>(ranks));
+std::vector<Box> all_on_first(Extent extent, int ranks) {
+  std::vector<Box> held(static_cast<std::size_t>(ranks));
   held.front() = all_of(extent);
   return held;
 }
 
-std::vector<Rectangle> all_on_each(Extent extent, int ranks) {
-  return std::vector<Rectangle>(static_cast<std::size_t>(ranks), all_of(extent));
+std::vector<Box> all_on_each(Extent extent, int ranks) {
+  return std::vector<Box>(static_cast<std::size_t>(ranks), all_of(extent));
 }
 
 LevelShare Sharing::level(Extent extent, bool in_rows) const {
@@ -121,9 +115,9 @@ ElasticShare Sharing::elastic(std::vector<Extent> levels) const {
   return share;
 }
 
-std::vector<float> redistribute(Exchange& exchange, std::size_t rank, std::span<const Rectangle> held,
-                                std::span<const Rectangle> wanted, std::span<const float> own, int arrays) {
-  const auto room = [arrays](const Rectangle& sites) {
+std::vector<float> redistribute(Exchange& exchange, std::size_t rank, std::span<const Box> held,
+                                std::span<const Box> wanted, std::span<const float> own, int arrays) {
+  const auto room = [arrays](const Box& sites) {
     return std::vector<float>(static_cast<std::size_t>(arrays) * sites.extent().sites());
   };
   const std::vector<Transfer> ways = transfers(held, wanted);
@@ -135,7 +129,7 @@ std::vector<float> redistribute(Exchange& exchange, std::size_t rank, std::span<
     }
   }
   std::vector<float> result = room(wanted[rank]);
-  if (const Rectangle here = intersection(held[rank], wanted[rank]); here.extent().sites() > 0) {
+  if (const Box here = intersection(held[rank], wanted[rank]); here.extent().sites() > 0) {
     copy_arrays(here, arrays, own, held[rank], result, wanted[rank]);
   }
   for (const Parcel& parcel : exchange.exchange(ways, std::move(leaving), arrays)) {
@@ -144,14 +138,27 @@ std::vector<float> redistribute(Exchange& exchange, std::size_t rank, std::span<
   return result;
 }
 
-VectorField redistribute(Exchange& exchange, std::size_t rank, std::span<const Rectangle> held,
-                         std::span<const Rectangle> wanted, const VectorField& own) {
-  std::vector<float> both = own[0];
-  both.insert(both.end(), own[1].begin(), own[1].end());
-  const std::vector<float> values = redistribute(exchange, rank, held, wanted, both, 2);
-  VectorField field(wanted[rank].extent());
-  std::copy_n(values.begin(), field[0].size(), field[0].begin());
-  std::copy_n(values.end() - static_cast<std::ptrdiff_t>(field[1].size()), field[1].size(), field[1].begin());
+VectorField redistribute(Exchange& exchange, std::size_t rank, std::span<const Box> held,
+                         std::span<const Box> wanted, const VectorField& own) {
+  std::size_t axes = 2;
+  for (const std::span<const Box>& boxes : {held, wanted}) { // a rank without sites does not know
+    for (const Box& box : boxes) {
+      axes = std::max(axes, box.extent().axes());
+    }
+  }
+  std::vector<float> all;
+  for (std::size_t axis = 0; axis < axes; ++axis) {
+    all.insert(all.end(), own[axis].begin(), own[axis].end());
+  }
+  const std::vector<float> values = redistribute(exchange, rank, held, wanted, all, static_cast<int>(axes));
+  VectorField field;
+  field.extent = wanted[rank].extent();
+  auto from = values.begin();
+  for (std::size_t axis = 0; axis < axes; ++axis) {
+    const auto end = from + static_cast<std::ptrdiff_t>(field.extent.sites());
+    field[axis].assign(from, end);
+    from = end;
+  }
   return field;
 }
 

@@ -10,9 +10,9 @@ namespace hdmbench {
 
 /// How a level is shared out among ranks.
 struct LevelShare {
-  Cut cut;                       ///< piece i is rank i's; ranks beyond the pieces have nothing
-  std::vector<Rectangle> owned;  ///< by rank; without sites where it has no piece
-  std::vector<Rectangle> loaded; ///< the same with the halo
+  Cut cut;                 ///< piece i is rank i's; ranks beyond the pieces have nothing
+  std::vector<Box> owned;  ///< by rank; without sites where it has no piece
+  std::vector<Box> loaded; ///< the same with the halo
 };
 
 /// How the levels of an elastic sheet are shared out: the finest ones are cut, each where the one before is,
@@ -53,20 +53,19 @@ struct Sharing {
 };
 
 /// Who holds what where all sites are the first rank's.
-[[nodiscard]] std::vector<Rectangle> all_on_first(Extent extent, int ranks);
+[[nodiscard]] std::vector<Box> all_on_first(Extent extent, int ranks);
 /// Who holds what where every rank has all sites.
-[[nodiscard]] std::vector<Rectangle> all_on_each(Extent extent, int ranks);
+[[nodiscard]] std::vector<Box> all_on_each(Extent extent, int ranks);
 
 /// Arrays whose sites are shared out alike: rank r holds held[r] of each and gets wanted[r]. `own`: what this
 /// rank holds, one array after the other. One message from a rank to another. Collective. Throws as Exchange
 /// does.
-[[nodiscard]] std::vector<float> redistribute(Exchange& exchange, std::size_t rank,
-                                              std::span<const Rectangle> held,
-                                              std::span<const Rectangle> wanted, std::span<const float> own,
+[[nodiscard]] std::vector<float> redistribute(Exchange& exchange, std::size_t rank, std::span<const Box> held,
+                                              std::span<const Box> wanted, std::span<const float> own,
                                               int arrays = 1);
 
-/// The same for both components of a field.
-[[nodiscard]] VectorField redistribute(Exchange& exchange, std::size_t rank, std::span<const Rectangle> held,
-                                       std::span<const Rectangle> wanted, const VectorField& own);
+/// The same for all components of a field.
+[[nodiscard]] VectorField redistribute(Exchange& exchange, std::size_t rank, std::span<const Box> held,
+                                       std::span<const Box> wanted, const VectorField& own);
 
 } // namespace hdmbench

@@ -83,18 +83,18 @@ TrialScene pulled_by_2_px(Scene scene) {
 /// on. The tile in the middle has something pulled next to each of its sides, away from its corners; the one
 /// at the top right, in its middle and along y alone.
 TrialScene sleeping_tiles() {
-  const Rectangle pulls[] = {{254, 102, 2, 3}, // sites 128 ... 255 are the tile in the middle
-                             {128, 86, 2, 3},
-                             {160, 126, 3, 2},
-                             {200, 64, 3, 2},
-                             {320, 32, 2, 2}};
+  const Box pulls[] = {{{254, 102}, {256, 105, 1}}, // sites 128 ... 255 are the tile in the middle
+                       {{128, 86}, {130, 89, 1}},
+                       {{160, 126}, {163, 128, 1}},
+                       {{200, 64}, {203, 66, 1}},
+                       {{320, 32}, {322, 34, 1}}};
   constexpr float pull = 40.0F; // pixels: further than a level's few iterations get
   Scene scene = load_scene("square", {.size = Extent{384, 192}});
   Level& full = scene.full;
   full.target = full.confidence = VectorField(scene.extent());
-  for (const Rectangle& sites : pulls) {
+  for (const Box& sites : pulls) {
     for_each_site(sites.extent(), [&](int x, int y) {
-      const std::size_t site = scene.extent().index(sites.left + x, sites.top + y);
+      const std::size_t site = scene.extent().index(sites.first[0] + x, sites.first[1] + y);
       full.target[0][site] = &sites == &pulls[4] ? 0.0F : pull;
       full.target[1][site] = pull;
       full.confidence[0][site] = full.confidence[1][site] = 1.0F;
