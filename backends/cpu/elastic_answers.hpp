@@ -22,9 +22,9 @@ public:
   /// Both must outlive this object.
   ElasticAnswers(const ElasticHierarchy& hierarchy, const ElasticFields& fields)
       : hierarchy_(hierarchy), fields_(fields),
-        axes_(hierarchy.levels.front().grid.axes()), ratio_{Scalar(hierarchy.ratio.nu),
-                                                            Scalar(hierarchy.ratio.shear)},
-        lame_(hierarchy.lame) {}
+        axes_(hierarchy.levels.front().grid.axes()), ratio_{{Scalar(hierarchy.ratio.nu),
+                                                             Scalar(hierarchy.ratio.shear)},
+                                                            Scalar(hierarchy.ratio.lame)} {}
 
   [[nodiscard]] Answer relax(int level, ElasticField field, int x, int y, int z = 0) const {
     const std::size_t at = grid(level).index(x, y, z);
@@ -182,39 +182,22 @@ private:
         return force_of_masked(here.masked, i, corner, site);
       }
     }
-    return axes_ == 2 ? force_in_image(here.cell(at), corner, site)
-                      : force_in_volume(here.template volume_cell<Scalar>(at), corner, site);
+    return axes_ == 2 ? force_by_moments<Arithmetic>(here, at, corner, site)
+                      : force_by_moments<Volume>(here, at, corner, site);
   }
 
-  template <typename Site>
-  [[nodiscard]] Answer force_in_image(const ElasticInFloat::CellMoments& cell, std::size_t corner,
-                                      const Site& site) const {
-    const typename Arithmetic::CellMoments moments{Scalar(cell.m),   Scalar(cell.mr),  Scalar(cell.ms),
-                                                   Scalar(cell.mrr), Scalar(cell.mss), Scalar(cell.mrs)};
-    const auto corners = [&](std::size_t axis) {
-      return typename Arithmetic::CellCorners{site(axis, 0), site(axis, 1), site(axis, 2), site(axis, 3)};
+  template <typename Cells, typename Site>
+  [[nodiscard]] Answer force_by_moments(const ElasticLevel& level, std::size_t at, std::size_t corner,
+                                        const Site& site) const {
+    const auto displacement = [&](std::size_t axis) {
+      return Cells::corners_of([&](std::size_t of) { return site(axis, of); });
     };
-    const auto tension = Arithmetic::cell_tension(moments, corners(0), corners(1), ratio_);
-    const auto force = corner == 0   ? Arithmetic::force_on_top_left(tension)
-                       : corner == 1 ? Arithmetic::force_on_top_right(tension)
-                       : corner == 2 ? Arithmetic::force_on_bottom_left(tension)
-                                     : Arithmetic::force_on_bottom_right(tension);
-    return {force.x, force.y, Scalar(0.0F)};
-  }
-
-  template <typename Site>
-  [[nodiscard]] Answer force_in_volume(const typename Volume::CellMoments& moments, std::size_t corner,
-                                       const Site& site) const {
-    const auto of = [&](std::size_t axis) {
-      return Volume::coefficients_of({site(axis, 0), site(axis, 1), site(axis, 2), site(axis, 3),
-                                      site(axis, 4), site(axis, 5), site(axis, 6), site(axis, 7)});
-    };
-    const auto tension = Volume::cell_tension(moments, of(0), of(1), of(2), lame_);
-    const auto force = [&](const typename Volume::Coefficients& component) {
-      const typename Volume::CellCorners f = Volume::forces_of(component);
-      return std::array{f.c000, f.c100, f.c010, f.c110, f.c001, f.c101, f.c011, f.c111}[corner];
-    };
-    return {force(tension.x), force(tension.y), force(tension.z)};
+    Answer answer{};
+    Cells::for_each_force(level.template cell<Cells>(at), displacement, ratio_,
+                          [&](std::size_t axis, std::size_t of, const Scalar& force) {
+                            answer[axis] = of == corner ? force : answer[axis];
+                          });
+    return answer;
   }
 
   template <typename Site>
@@ -328,8 +311,7 @@ private:
   const ElasticHierarchy& hierarchy_;
   const ElasticFields& fields_;
   std::size_t axes_;
-  typename Arithmetic::PoissonRatio ratio_;
-  Scalar lame_;
+  typename Arithmetic::Ratios ratio_;
 };
 
 } // namespace hdmbench

@@ -138,10 +138,9 @@ private:
 class ElasticBand {
 public:
   ElasticBand(const ElasticRows& rows, const ElasticHierarchy& hierarchy, const MixedCells& mixed)
-      : rows_(&rows), mixed_(&mixed), ratio_(hierarchy.ratio), lame_(hierarchy.lame),
-        axes_(hierarchy.levels.front().grid.axes()),
+      : rows_(&rows), mixed_(&mixed), ratio_(hierarchy.ratio), axes_(hierarchy.levels.front().grid.axes()),
         pitch_(hierarchy.levels.front().grid.pitch + 2 * RingedGrid::margin),
-        lines_(axes_ * line_count * pitch_), tension_((axes_ == 3 ? 24 : 5) * pitch_),
+        lines_(axes_ * line_count * pitch_), made_((axes_ == 3 ? 24 : 5) * pitch_),
         plane_(static_cast<std::size_t>(Planes(hierarchy.levels.front().grid).rows) * pitch_) {}
 
   /// Copies the planes of other bands that touch `band`, before anybody overwrites them: residuals() reads
@@ -333,16 +332,18 @@ private:
   /// are any cells.
   template <typename RowAt>
   bool cells(const ElasticLevel& level, int row, int plane, const RowAt& row_at) {
+    const auto below = [&](int along_rows, int along_planes) {
+      return row_at(row + along_rows, plane + along_planes);
+    };
     if (axes_ == 2) {
-      cells_of_image(level, plane, {row_at(0, plane), row_at(0, plane + 1)});
+      compute_cells<2>(level, plane, 0, {below(0, 0), below(0, 1)}, {line(near_line), line(far_)});
       return true;
     }
     const Extent cells = level.grid.cells();
     const bool is_there = row < cells.height && plane >= 0 && plane < cells.depth;
     if (is_there) {
-      cells_of_volume(
-          level, row, plane,
-          {row_at(row, plane), row_at(row + 1, plane), row_at(row, plane + 1), row_at(row + 1, plane + 1)});
+      compute_cells<3>(level, row, plane, {below(0, 0), below(1, 0), below(0, 1), below(1, 1)},
+                       {line(north_line), line(next_south_), line(far_north_line), line(next_far_south_)});
     }
     add(line(south_), is_there ? line(north_line) : ElasticRow{}, level.grid.sites.width, line(near_line));
     return is_there;
@@ -370,99 +371,69 @@ private:
     });
   }
 
-  void cells_of_image(const ElasticLevel& level, int y, const std::array<ConstElasticRow, 2>& sites) {
-    const std::size_t at = level.grid.index(-1, y);
-    openmp::ImageCells row;
-    for (std::size_t i = 0; i < 6; ++i) {
-      row.moments[i] = level.moments[i].data() + at;
-    }
-    each_axis(2, [&](std::size_t axis) {
-      row.sites[0].of[axis] = sites[0].of[axis] - 1;
-      row.sites[1].of[axis] = sites[1].of[axis] - 1;
-    });
-    row.cells = level.grid.sites.width + 1;
-    row.nu = ratio_.nu;
-    row.shear = ratio_.shear;
-    for (std::size_t i = 0; i < 5; ++i) {
-      row.tension[i] = tension_.data() + i * pitch_;
-    }
-    const ElasticRow on_above = line(near_line);
-    const ElasticRow on_below = line(far_);
-    rows_->tensions(row);
-    rows_->forces(row, on_above, on_below);
-    const auto [first, last] = level.masked.row(y);
-    for (std::size_t i = first; i < last; ++i) {
-      const auto x = static_cast<std::size_t>(level.masked.x[i]);
-      float force[24];
-      masked_forces<2>(level.masked, i, sites, force);
-      // Its moments are 0, so that it has added nothing yet; sums of two do not ask for their order.
-      for (std::size_t corner = 0; corner < 4; ++corner) {
-        const ElasticRow& to = corner < 2 ? on_above : on_below;
-        to.of[0][x + corner % 2] += force[2 * corner];
-        to.of[1][x + corner % 2] += force[2 * corner + 1];
-      }
-    }
-  }
-
+  /// The row (y, z) of cells between these rows of sites, and what it does to them.
   template <std::size_t axes>
-  void masked_forces(const MaskedCells& masked, std::size_t cell,
-                     const std::array<ConstElasticRow, (axes - 1) * 2>& sites, float* force) const {
-    float values[24];
-    float* to = values;
-    for (std::size_t corner = 0; corner < (axes == 3 ? 8 : 4); ++corner) {
-      const std::size_t x = static_cast<std::size_t>(masked.x[cell]) + corner % 2;
-      for (std::size_t axis = 0; axis < axes; ++axis) {
-        *to++ = sites[corner / 2].of[axis][x];
-      }
-    }
-    rows_->masked_forces(static_cast<int>(masked.components), masked.matrix(cell), values, force);
-  }
-
-  void cells_of_volume(const ElasticLevel& level, int y, int z, const std::array<ConstElasticRow, 4>& sites) {
+  void compute_cells(const ElasticLevel& level, int y, int z,
+                     const std::array<ConstElasticRow, 2 << (axes - 2)>& sites,
+                     const std::array<ElasticRow, 2 << (axes - 2)>& on_rows) {
     const std::size_t at = level.grid.index(0, y, z);
-    const bool is_image = level.moments.size() == 1;
-    openmp::VolumeCells row{};
-    for (std::size_t i = 0; i < (is_image ? 4 : level.moments.size()); ++i) {
-      row.moments[i] = is_image ? level.moments[0].data() + at + level.grid.to_corner(2 * i)
-                                : level.moments[i].data() + at;
+    const auto& rows = rows_->cells<axes>();
+    openmp::CellRow<axes> row;
+    const bool by_moduli = level.moments.size() == 1;
+    for (std::size_t i = 0; i < (by_moduli ? sites.size() : level.moments.size()); ++i) {
+      row.moments[i] = by_moduli ? level.moments[0].data() + at + level.grid.to_corner(2 * i)
+                                 : level.moments[i].data() + at;
     }
     std::ranges::copy(sites, row.sites);
+    row.ratio = ratio_;
     row.cells = level.grid.sites.width - 1;
-    row.lame = lame_;
-    for (std::size_t i = 0; i < 24; ++i) {
-      row.tension[i] = tension_.data() + i * pitch_ + RingedGrid::margin;
-      row.tension[i][-1] = 0.0F;
-      row.tension[i][row.cells] = 0.0F;
+    for (std::size_t i = 0; i < std::size(row.made); ++i) {
+      row.made[i] = made_.data() + i * pitch_ + RingedGrid::margin;
+      row.made[i][-1] = row.made[i][row.cells] = 0.0F;
     }
-    if (is_image) {
-      rows_->uniform_tensions(row);
-      mixed_->for_each_run(y, z, row.cells,
-                           [&](int first, int last) { rows_->image_tensions(row, first, last); });
+    if (by_moduli) {
+      rows.by_one_modulus(row);
+      mixed_->for_each_run(y, z, row.cells, [&](int first, int last) { rows.by_moduli(row, first, last); });
     } else {
-      rows_->volume_tensions(row);
+      rows.by_moments(row);
+    }
+    // Of an image a masked cell, whose moments are 0, adds to sums of two, which do not ask for their order;
+    // of a volume it takes its place among the others.
+    if (axes == 2) {
+      rows.forces(row, on_rows.data());
     }
     const auto [first, last] = level.masked.row(y, z);
     for (std::size_t i = first; i < last; ++i) {
+      float displacement[24];
       float force[24];
-      masked_forces<3>(level.masked, i, sites, force);
-      for (std::size_t component = 0; component < 24; ++component) {
-        row.tension[8 * (component % 3) + component / 3][level.masked.x[i]] = force[component];
+      const auto x = static_cast<std::size_t>(level.masked.x[i]);
+      for (std::size_t component = 0; component < axes << axes; ++component) {
+        const std::size_t corner = component / axes;
+        displacement[component] = sites[corner / 2].of[component % axes][x + corner % 2];
+      }
+      rows.by_matrix(level.masked.matrix(i), displacement, force);
+      for (std::size_t component = 0; component < axes << axes; ++component) {
+        const std::size_t corner = component / axes;
+        if constexpr (axes == 2) {
+          on_rows[corner / 2].of[component % axes][x + corner % 2] += force[component];
+        } else {
+          row.made[8 * (component % axes) + corner][x] = force[component];
+        }
       }
     }
-    const ElasticRow on_rows[4] = {line(north_line), line(next_south_), line(far_north_line),
-                                   line(next_far_south_)};
-    rows_->volume_forces(row, on_rows);
+    if (axes == 3) {
+      rows.forces(row, on_rows.data());
+    }
   }
 
   const ElasticRows* rows_;
   const MixedCells* mixed_;
-  ElasticInFloat::PoissonRatio ratio_;
-  float lame_;
+  ElasticInFloat::Ratios ratio_;
   std::size_t axes_;
   std::size_t pitch_;
   std::vector<float> lines_;
-  std::vector<float> tension_;
-  std::size_t plane_; ///< floats of a component's plane
+  std::vector<float> made_; ///< CellRow::made
+  std::size_t plane_;       ///< floats of a component's plane
   std::array<std::vector<float>, plane_count> planes_;
   Line far_ = far_lines;
   Line carried_ = static_cast<Line>(far_lines + 1);

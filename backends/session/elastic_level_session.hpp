@@ -171,7 +171,7 @@ private:
     };
     const ElasticParameters parameters{.nu = hierarchy_->ratio.nu,
                                        .shear = hierarchy_->ratio.shear,
-                                       .lame = hierarchy_->lame,
+                                       .lame = hierarchy_->ratio.lame,
                                        .plane = static_cast<std::int32_t>(layout_.size),
                                        .moments_from = static_cast<std::int32_t>(layout_.moments_from()),
                                        .factor = factor,
@@ -218,7 +218,7 @@ private:
     const ElasticLayout::Part& finest = layout_.levels[static_cast<std::size_t>(coarse_)];
     ElasticTogether coarse{.nu = hierarchy_->ratio.nu,
                            .shear = hierarchy_->ratio.shear,
-                           .lame = hierarchy_->lame,
+                           .lame = hierarchy_->ratio.lame,
                            .plane = static_cast<std::int32_t>(layout_.size),
                            .moments_from = static_cast<std::int32_t>(layout_.moments_from()),
                            .base = static_cast<std::int32_t>(coarse_base()),

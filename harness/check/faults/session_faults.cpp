@@ -270,7 +270,7 @@ std::vector<Fault> session_faults() {
       in_hierarchy("elastic-poisson-ratio", "Poisson's ratio 0.01 too high",
                    [](ElasticHierarchy& hierarchy) {
                      hierarchy.ratio.nu += 0.01F;
-                     hierarchy.lame += 0.05F;
+                     hierarchy.ratio.lame += 0.05F;
                    }),
       in_hierarchy("elastic-coarsest-column",
                    "the inverse of the coarsest level begins with its second column",
