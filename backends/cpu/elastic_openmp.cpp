@@ -450,119 +450,27 @@ public:
   ElasticOpenMp(int threads, const ElasticRows& rows, std::size_t sites_worth_a_thread)
       : threads_(threads), rows_(rows), sites_worth_a_thread_(sites_worth_a_thread) {}
 
-  void load(const ElasticHierarchy& hierarchy) override {
-    ElasticInMemory::load(hierarchy);
-    mixed_ = axes() == 3 ? MixedCells(hierarchy.levels.front()) : MixedCells();
-    bands_.assign(static_cast<std::size_t>(threads_), ElasticBand(rows_, hierarchy, mixed_));
-    sums_.resize(halves(grid(0).sites).sites());
-  }
-
-  void relax(int level, ElasticField field) override {
-    const ElasticLevel& here = level_at(level);
-    RingedField& values = fields_.at(level, field);
-    const Planes planes(here.grid);
-    in_bands(planes.count, here.grid.sites, [&](Band band, ElasticBand& work) {
-      // In place: a row is overwritten when all rows of cells beside it are done. Where bands meet, the
-      // other band's plane is kept as it was.
-      work.keep_neighbours(here.grid, values, band);
-#pragma omp barrier
-      work.residuals(here, values, load_of(level, field), band, true,
-                     [&](int row, int plane, ConstElasticRow residual) {
-                       const std::size_t at = planes.index(row, plane);
-                       const ElasticRow to = row_of(here.grid, values, at);
-                       rows_.relax(axes(), here.grid.sites.width, to, residual, response_of(here, at), to);
-                     });
-    });
-  }
-
-  void relax_from_zero(int level) override {
-    const ElasticLevel& here = level_at(level);
-    const RingedField& load = fields_.at(level, ElasticField::load);
-    RingedField& correction = fields_.at(level, ElasticField::correction);
-    for_each_row(here.grid, [&](int y, int z) {
-      const std::size_t at = here.grid.index(0, y, z);
-      rows_.relax(axes(), here.grid.sites.width, {}, row_of(here.grid, load, at), response_of(here, at),
-                  row_of(here.grid, correction, at));
-    });
-  }
-
-  void forces(ElasticField of, ElasticField to) override {
-    const ElasticLevel& here = level_at(0);
-    RingedField& result = fields_.at(0, to);
-    const RingedField& values = fields_.at(0, of);
-    const Planes planes(here.grid);
-    in_bands(planes.count, here.grid.sites, [&](Band band, ElasticBand& work) {
-      work.residuals(here, values, nullptr, band, false, [&](int row, int plane, ConstElasticRow residual) {
-        const std::size_t at = planes.index(row, plane);
-        each_axis(here.grid.axes(), [&](std::size_t axis) {
-          std::copy_n(residual.of[axis], here.grid.sites.width, result[axis].data() + at);
-          rows_.keep_free(here.grid.sites.width, straight_of(here, axis, at), result[axis].data() + at);
-        });
-      });
-    });
-  }
-
-  void restrict_residual(int level, ElasticField of) override {
-    const RingedField& values = fields_.at(level, of);
-    restrict_from(level, [&](ElasticBand& work, Band fine, const auto& use) {
-      work.residuals(level_at(level), values, load_of(level, of), fine, false, use);
-    });
-  }
-  void restrict_load(int level) override {
-    const RingedField& from = fields_.at(level, ElasticField::load);
-    const Planes planes(grid(level));
-    restrict_from(level, [&](ElasticBand& /*work*/, Band fine, const auto& use) {
-      for (int plane = fine.first; plane < fine.last; ++plane) {
-        for (int row = 0; row < planes.rows; ++row) {
-          use(row, plane, row_of(grid(level), from, planes.index(row, plane)));
-        }
-      }
-    });
-  }
-
-  void interpolate(int level) override {
-    correct(level, ElasticField::correction, true);
-  }
-  void correct(int level, ElasticField field) override {
-    correct(level, field, false);
-  }
-
-  void solve_coarsest() override {
-    const RingedGrid& sites = grid(coarsest());
-    const RingedField& load = fields_.at(coarsest(), ElasticField::load);
-    RingedField& correction = fields_.at(coarsest(), ElasticField::correction);
-    const std::size_t size = sites.axes() * sites.sites.sites();
-    std::vector<float> sums(size);
-    const auto for_each_component = [&](const auto& call) {
-      std::size_t component = 0;
-      for (int z = 0; z < sites.sites.depth; ++z) {
-        for (int y = 0; y < sites.sites.height; ++y) {
-          for (int x = 0; x < sites.sites.width; ++x) {
-            each_axis(sites.axes(), [&](std::size_t axis) { call(component++, axis, sites.index(x, y, z)); });
-          }
-        }
-      }
-    };
-    for_each_component([&](std::size_t component, std::size_t axis, std::size_t at) {
-      rows_.add_column(static_cast<int>(size), hierarchy_->coarsest_inverse.data() + component * size,
-                       load[axis][at], sums.data());
-    });
-    for_each_component([&](std::size_t component, std::size_t axis, std::size_t at) {
-      correction[axis][at] = sums[component];
-    });
-  }
-
-  void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) override {
-    RingedField& result = fields_.at(0, to);
-    const RingedField& from = fields_.at(0, value);
-    const RingedField& along = fields_.at(0, direction);
-    for_each_row(grid(0), [&](int y, int z) {
-      const std::size_t at = grid(0).index(0, y, z);
-      each_axis(grid(0).axes(), [&](std::size_t axis) {
-        rows_.advance(grid(0).sites.width, from[axis].data() + at, factor, along[axis].data() + at,
-                      result[axis].data() + at);
-      });
-    });
+  void take(const MethodStep& step) override {
+    switch (step.kind) {
+    case MethodStep::Kind::write:
+      return fields_.write(step.level, step.to, *step.values);
+    case MethodStep::Kind::relax:
+      return relax_field(step.level, step.to);
+    case MethodStep::Kind::relax_from_zero:
+      return relax_zero(step.level);
+    case MethodStep::Kind::forces:
+      return make_forces(step.from, step.to);
+    case MethodStep::Kind::restrict_residual:
+    case MethodStep::Kind::restrict_load:
+      return restrict_field(step);
+    case MethodStep::Kind::interpolate:
+    case MethodStep::Kind::correct:
+      return correct_field(step);
+    case MethodStep::Kind::solve_coarsest:
+      return solve();
+    case MethodStep::Kind::advance:
+      return advance_field(step);
+    }
   }
 
   float dot(ElasticField first, ElasticField second) const override {
@@ -586,6 +494,119 @@ public:
   }
 
 private:
+  void do_load(const ElasticHierarchy& hierarchy) override {
+    ElasticInMemory::do_load(hierarchy);
+    mixed_ = axes() == 3 ? MixedCells(hierarchy.levels.front()) : MixedCells();
+    bands_.assign(static_cast<std::size_t>(threads_), ElasticBand(rows_, hierarchy, mixed_));
+    sums_.resize(halves(grid(0).sites).sites());
+  }
+
+  void relax_field(int level, ElasticField field) {
+    const ElasticLevel& here = level_at(level);
+    RingedField& values = fields_.at(level, field);
+    const Planes planes(here.grid);
+    in_bands(planes.count, here.grid.sites, [&](Band band, ElasticBand& work) {
+      // In place: a row is overwritten when all rows of cells beside it are done. Where bands meet, the
+      // other band's plane is kept as it was.
+      work.keep_neighbours(here.grid, values, band);
+#pragma omp barrier
+      work.residuals(here, values, load_of(level, field), band, true,
+                     [&](int row, int plane, ConstElasticRow residual) {
+                       const std::size_t at = planes.index(row, plane);
+                       const ElasticRow to = row_of(here.grid, values, at);
+                       rows_.relax(axes(), here.grid.sites.width, to, residual, response_of(here, at), to);
+                     });
+    });
+  }
+
+  void relax_zero(int level) {
+    const ElasticLevel& here = level_at(level);
+    const RingedField& load = fields_.at(level, ElasticField::load);
+    RingedField& correction = fields_.at(level, ElasticField::correction);
+    for_each_row(here.grid, [&](int y, int z) {
+      const std::size_t at = here.grid.index(0, y, z);
+      rows_.relax(axes(), here.grid.sites.width, {}, row_of(here.grid, load, at), response_of(here, at),
+                  row_of(here.grid, correction, at));
+    });
+  }
+
+  void make_forces(ElasticField of, ElasticField to) {
+    const ElasticLevel& here = level_at(0);
+    RingedField& result = fields_.at(0, to);
+    const RingedField& values = fields_.at(0, of);
+    const Planes planes(here.grid);
+    in_bands(planes.count, here.grid.sites, [&](Band band, ElasticBand& work) {
+      work.residuals(here, values, nullptr, band, false, [&](int row, int plane, ConstElasticRow residual) {
+        const std::size_t at = planes.index(row, plane);
+        each_axis(here.grid.axes(), [&](std::size_t axis) {
+          std::copy_n(residual.of[axis], here.grid.sites.width, result[axis].data() + at);
+          rows_.keep_free(here.grid.sites.width, straight_of(here, axis, at), result[axis].data() + at);
+        });
+      });
+    });
+  }
+
+  /// The load of the coarser level, from a residual or from the load of this one.
+  void restrict_field(const MethodStep& step) {
+    const ElasticLevel& here = level_at(step.level);
+    const RingedField& values = fields_.at(step.level, step.from);
+    const RingedGrid& coarse = grid(step.level + 1);
+    const Planes planes(here.grid);
+    RingedField& load = fields_.at(step.level + 1, ElasticField::load);
+    in_bands(Planes(coarse).count, here.grid.sites, [&](Band band, ElasticBand& work) {
+      work.restrict_rows(here, has_prescribed(step.level), band, coarse, load,
+                         [&](Band fine, const auto& use) {
+                           if (step.kind == MethodStep::Kind::restrict_residual) {
+                             work.residuals(here, values, load_of(step.level, step.from), fine, false, use);
+                             return;
+                           }
+                           for (int plane = fine.first; plane < fine.last; ++plane) {
+                             for (int row = 0; row < planes.rows; ++row) {
+                               use(row, plane, row_of(here.grid, values, planes.index(row, plane)));
+                             }
+                           }
+                         });
+    });
+  }
+
+  void solve() {
+    const RingedGrid& sites = grid(coarsest());
+    const RingedField& load = fields_.at(coarsest(), ElasticField::load);
+    RingedField& correction = fields_.at(coarsest(), ElasticField::correction);
+    const std::size_t size = sites.axes() * sites.sites.sites();
+    std::vector<float> sums(size);
+    const auto for_each_component = [&](const auto& call) {
+      std::size_t component = 0;
+      for (int z = 0; z < sites.sites.depth; ++z) {
+        for (int y = 0; y < sites.sites.height; ++y) {
+          for (int x = 0; x < sites.sites.width; ++x) {
+            each_axis(sites.axes(), [&](std::size_t axis) { call(component++, axis, sites.index(x, y, z)); });
+          }
+        }
+      }
+    };
+    for_each_component([&](std::size_t component, std::size_t axis, std::size_t at) {
+      rows_.add_column(static_cast<int>(size), hierarchy().coarsest_inverse.data() + component * size,
+                       load[axis][at], sums.data());
+    });
+    for_each_component([&](std::size_t component, std::size_t axis, std::size_t at) {
+      correction[axis][at] = sums[component];
+    });
+  }
+
+  void advance_field(const MethodStep& step) {
+    RingedField& result = fields_.at(0, step.to);
+    const RingedField& from = fields_.at(0, step.from);
+    const RingedField& along = fields_.at(0, step.direction);
+    for_each_row(grid(0), [&](int y, int z) {
+      const std::size_t at = grid(0).index(0, y, z);
+      each_axis(grid(0).axes(), [&](std::size_t axis) {
+        rows_.advance(grid(0).sites.width, from[axis].data() + at, step.factor, along[axis].data() + at,
+                      result[axis].data() + at);
+      });
+    });
+  }
+
   [[nodiscard]] int axes() const {
     return static_cast<int>(grid(0).axes());
   }
@@ -622,17 +643,6 @@ private:
       }
     });
   }
-  /// The load of level + 1 from what rows(work, fine planes, use) hands to use(row, plane, values).
-  template <typename Rows>
-  void restrict_from(int level, const Rows& rows) {
-    const RingedGrid& coarse = grid(level + 1);
-    RingedField& load = fields_.at(level + 1, ElasticField::load);
-    in_bands(Planes(coarse).count, grid(level).sites, [&](Band band, ElasticBand& work) {
-      work.restrict_rows(level_at(level), has_prescribed(level), band, coarse, load,
-                         [&](Band fine, const auto& use) { rows(work, fine, use); });
-    });
-  }
-
   [[nodiscard]] const RingedField* load_of(int level, ElasticField field) const {
     return field == ElasticField::correction ? &fields_.at(level, ElasticField::load) : nullptr;
   }
@@ -641,12 +651,14 @@ private:
     return level == 0 || axes() == 3;
   }
 
-  void correct(int level, ElasticField field, bool from_zero) {
+  void correct_field(const MethodStep& step) {
+    const int level = step.level;
+    const bool from_zero = step.kind == MethodStep::Kind::interpolate;
     const ElasticLevel& here = level_at(level);
     const RingedGrid& coarse = grid(level + 1);
     const int width = here.grid.sites.width;
     const RingedField& correction = fields_.at(level + 1, ElasticField::correction);
-    RingedField& values = fields_.at(level, field);
+    RingedField& values = fields_.at(level, step.to);
     for_each_row(here.grid, [&](int y, int z) {
       const std::size_t at = here.grid.index(0, y, z);
       each_axis(here.grid.axes(), [&](std::size_t axis) {

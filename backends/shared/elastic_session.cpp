@@ -1,6 +1,15 @@
 #include "backends/shared/elastic_session.hpp"
 
+#include <array>
+
 namespace hdmbench {
+
+std::string_view MethodStep::name() const {
+  constexpr std::array<std::string_view, 10> names{
+      "write",         "sweep",      "sweep from zero",   "forces", "restricted residual", "restricted load",
+      "interpolation", "correction", "coarsest solution", "advance"};
+  return names.at(static_cast<std::size_t>(kind));
+}
 
 ScalarField ElasticSession::dot_squares(ElasticField first, ElasticField second, int height) const {
   VectorField a;

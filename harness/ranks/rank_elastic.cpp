@@ -1,6 +1,5 @@
 #include "harness/ranks/rank_backend.hpp"
 
-#include "harness/check/elastic_step.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <algorithm>
@@ -47,7 +46,34 @@ ElasticLevel part_of(const ElasticLevel& level, const Rectangle& part) {
   return result;
 }
 
-class RankElasticSession final : public SteppedElasticSession {
+/// A field that a step reads up to `reach` sites around each site of its level.
+struct Read {
+  ElasticField field;
+  int reach;
+};
+
+/// In the order in which they are wanted, without the corrections of the next level.
+std::vector<Read> reads_of(const MethodStep& step) {
+  switch (step.kind) {
+  case MethodStep::Kind::relax:
+  case MethodStep::Kind::restrict_residual:
+    return step.from == ElasticField::correction ? std::vector<Read>{{step.from, 1}, {ElasticField::load, 0}}
+                                                 : std::vector<Read>{{step.from, 1}};
+  case MethodStep::Kind::forces:
+    return {{step.from, 1}};
+  case MethodStep::Kind::relax_from_zero:
+  case MethodStep::Kind::restrict_load:
+    return {{ElasticField::load, 0}};
+  case MethodStep::Kind::correct:
+    return {{step.from, 0}};
+  case MethodStep::Kind::advance:
+    return {{step.from, 0}, {step.direction, 0}};
+  default:
+    return {};
+  }
+}
+
+class RankElasticSession final : public ElasticSession {
 public:
   using Open = std::function<std::unique_ptr<ElasticSession>()>;
 
@@ -55,64 +81,31 @@ public:
       : ranks_(ranks), rank_(static_cast<std::size_t>(ranks.rank())), sharing_(sharing), fault_(fault),
         halos_(ranks, fault, rank_), open_(std::move(open)) {}
 
-  void load(const ElasticHierarchy& hierarchy) override {
-    if (hierarchy.levels.front().grid.axes() == 3) {
-      throw DeviceError("ranks share images, not volumes");
+  /// Renews the halos that the step needs, and notes how far what it makes is right beyond what is owned. A
+  /// coarse site takes what is around a fine one, so restricting wants one site more.
+  void take(const MethodStep& step) override {
+    if (step.kind == MethodStep::Kind::write) {
+      write_piece(step);
+      return;
     }
-    std::vector<Extent> levels;
-    std::ranges::transform(hierarchy.levels, std::back_inserter(levels),
-                           [](const ElasticLevel& level) { return level.grid.sites; });
-    share_ = sharing_.elastic(std::move(levels));
-    const int cut_levels = share_.cut_levels();
-    valid_.clear();
-    for (int level = 0; level < cut_levels; ++level) {
-      valid_.emplace_back().fill(halo(level)); // fields are 0 everywhere
+    const bool is_cut = share_.is_cut(step.level);
+    const int more = step.restricts() ? 1 : 0;
+    int right = is_cut ? halo(step.level) - more : 0;
+    if (is_cut && (step.kind == MethodStep::Kind::interpolate || step.kind == MethodStep::Kind::correct)) {
+      right = bring_correction(step.level);
     }
-    const auto load_into = [&](std::unique_ptr<ElasticSession>& session, const ElasticHierarchy& sheet) {
-      ended_by_error_of_one([&] {
-        session = session != nullptr ? std::move(session) : open_();
-        session->load(sheet);
-      });
-    };
-    if (cut_levels > 0 && rank_ < share_.image().cut.pieces.size()) {
-      // A level without stiffness ends it, so that it is a hierarchy as any other.
-      constexpr Extent least{2, 2};
-      piece_sheet_ = {.ratio = hierarchy.ratio, .levels = {}, .coarsest_inverse = {}};
-      piece_sheet_.coarsest_inverse.resize(4 * least.sites() * least.sites());
-      for (int level = 0; level <= cut_levels; ++level) {
-        piece_sheet_.levels.push_back(
-            part_of(hierarchy.levels[static_cast<std::size_t>(level)], share_.share(level).loaded[rank_]));
+    for (const Read& read : reads_of(step)) {
+      if (is_cut) {
+        want(step.level, read.field, read.reach + more);
+        right = std::min(right, valid(step.level, read.field) - read.reach);
       }
-      piece_sheet_.levels.push_back(empty_level(least));
-      if (fault_.in_sheet) {
-        fault_.in_sheet(piece_sheet_, rank_);
-      }
-      load_into(piece_, piece_sheet_);
-    } else {
-      piece_.reset();
     }
-    if (ranks_.is_first() && cut_levels > 0) { // nothing is asked of the levels before
-      const auto first = hierarchy.levels.begin() + cut_levels;
-      coarse_sheet_ = {
-          .ratio = hierarchy.ratio, .levels = {}, .coarsest_inverse = hierarchy.coarsest_inverse};
-      coarse_sheet_.levels.assign(static_cast<std::size_t>(cut_levels),
-                                  empty_level({first->grid.sites.width, 2}));
-      coarse_sheet_.levels.insert(coarse_sheet_.levels.end(), first, hierarchy.levels.end());
+    compute(step.level, [&](ElasticSession& session) { session.take(step); });
+    if (share_.is_cut(step.made_on())) {
+      valid(step.made_on(), step.to) = more > 0 ? (right - 1) / 2 : right;
+    } else if (is_cut) {
+      send_load();
     }
-    if (ranks_.is_first()) {
-      load_into(coarse_, cut_levels > 0 ? coarse_sheet_ : hierarchy);
-    }
-  }
-
-  void write(int level, ElasticField field, const VectorField& values) override {
-    if (share_.is_cut(level)) {
-      valid(level, field) = halo(level);
-    }
-    compute(level, [&](ElasticSession& session) {
-      session.write(level, field,
-                    share_.is_cut(level) ? hdmbench::part_of(values, share_.share(level).loaded[rank_])
-                                         : values);
-    });
   }
 
   void read(int level, ElasticField field, VectorField& values) const override {
@@ -161,28 +154,65 @@ public:
   }
 
 private:
-  [[nodiscard]] int coarsest() const override { return static_cast<int>(share_.levels.size()) - 1; }
-  /// Renews the halos that the step needs, and notes how far what it makes is right beyond what is owned. A
-  /// coarse site takes what is around a fine one, so restricting wants one site more.
-  void take(const ElasticStep& step) override {
-    const bool is_cut = share_.is_cut(step.at);
-    const int more = step.level > step.at ? 1 : 0;
-    int right = is_cut ? halo(step.at) - more : 0;
-    if (is_cut && step.interpolates) {
-      right = bring_correction(step.at);
+  void do_load(const ElasticHierarchy& hierarchy) override {
+    if (hierarchy.levels.front().grid.axes() == 3) {
+      throw DeviceError("ranks share images, not volumes");
     }
-    for (const ElasticStep::Read& read : step.reads) {
-      if (is_cut) {
-        want(step.at, read.field, read.reach + more);
-        right = std::min(right, valid(step.at, read.field) - read.reach);
+    std::vector<Extent> levels;
+    std::ranges::transform(hierarchy.levels, std::back_inserter(levels),
+                           [](const ElasticLevel& level) { return level.grid.sites; });
+    share_ = sharing_.elastic(std::move(levels));
+    const int cut_levels = share_.cut_levels();
+    valid_.clear();
+    for (int level = 0; level < cut_levels; ++level) {
+      valid_.emplace_back().fill(halo(level)); // fields are 0 everywhere
+    }
+    const auto load_into = [&](std::unique_ptr<ElasticSession>& session, const ElasticHierarchy& sheet) {
+      ended_by_error_of_one([&] {
+        session = session != nullptr ? std::move(session) : open_();
+        session->load(sheet);
+      });
+    };
+    if (cut_levels > 0 && rank_ < share_.image().cut.pieces.size()) {
+      // A level without stiffness ends it, so that it is a hierarchy as any other.
+      constexpr Extent least{2, 2};
+      piece_sheet_ = {.ratio = hierarchy.ratio, .levels = {}, .coarsest_inverse = {}};
+      piece_sheet_.coarsest_inverse.resize(4 * least.sites() * least.sites());
+      for (int level = 0; level <= cut_levels; ++level) {
+        piece_sheet_.levels.push_back(
+            part_of(hierarchy.levels[static_cast<std::size_t>(level)], share_.share(level).loaded[rank_]));
       }
+      piece_sheet_.levels.push_back(empty_level(least));
+      if (fault_.in_sheet) {
+        fault_.in_sheet(piece_sheet_, rank_);
+      }
+      load_into(piece_, piece_sheet_);
+    } else {
+      piece_.reset();
     }
-    compute(step.at, step.take);
-    if (share_.is_cut(step.level)) {
-      valid(step.level, step.field) = more > 0 ? (right - 1) / 2 : right;
-    } else if (is_cut) {
-      send_load();
+    if (ranks_.is_first() && cut_levels > 0) { // nothing is asked of the levels before
+      const auto first = hierarchy.levels.begin() + cut_levels;
+      coarse_sheet_ = {
+          .ratio = hierarchy.ratio, .levels = {}, .coarsest_inverse = hierarchy.coarsest_inverse};
+      coarse_sheet_.levels.assign(static_cast<std::size_t>(cut_levels),
+                                  empty_level({first->grid.sites.width, 2}));
+      coarse_sheet_.levels.insert(coarse_sheet_.levels.end(), first, hierarchy.levels.end());
     }
+    if (ranks_.is_first()) {
+      load_into(coarse_, cut_levels > 0 ? coarse_sheet_ : hierarchy);
+    }
+  }
+
+  void write_piece(const MethodStep& step) {
+    const bool is_cut = share_.is_cut(step.level);
+    if (is_cut) {
+      valid(step.level, step.to) = halo(step.level);
+    }
+    compute(step.level, [&](ElasticSession& session) {
+      session.write(step.level, step.to,
+                    is_cut ? hdmbench::part_of(*step.values, share_.share(step.level).loaded[rank_])
+                           : *step.values);
+    });
   }
 
   /// How far beyond what a rank owns a field of a level is right, in sites.
