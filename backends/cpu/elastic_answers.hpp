@@ -155,18 +155,6 @@ private:
   /// Whether components of the level may be prescribed.
   [[nodiscard]] bool has_prescribed(int level) const { return level == 0 || axes_ == 3; }
 
-  /// call(x, y, z) for every site, in reading order.
-  template <typename Call>
-  static void for_each_site(Extent sites, const Call& call) {
-    for (int z = 0; z < sites.depth; ++z) {
-      for (int y = 0; y < sites.height; ++y) {
-        for (int x = 0; x < sites.width; ++x) {
-          call(x, y, z);
-        }
-      }
-    }
-  }
-
   /// What cell (x, y, z) does to one of its corners, x in the lowest bit of its number. Cells of the ring do
   /// nothing.
   [[nodiscard]] Answer force_of_cell(int level, ElasticField field, int x, int y, int z,

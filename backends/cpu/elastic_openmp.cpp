@@ -577,13 +577,9 @@ private:
     std::vector<float> sums(size);
     const auto for_each_component = [&](const auto& call) {
       std::size_t component = 0;
-      for (int z = 0; z < sites.sites.depth; ++z) {
-        for (int y = 0; y < sites.sites.height; ++y) {
-          for (int x = 0; x < sites.sites.width; ++x) {
-            each_axis(sites.axes(), [&](std::size_t axis) { call(component++, axis, sites.index(x, y, z)); });
-          }
-        }
-      }
+      for_each_site(sites.sites, [&](int x, int y, int z) {
+        each_axis(sites.axes(), [&](std::size_t axis) { call(component++, axis, sites.index(x, y, z)); });
+      });
     };
     for_each_component([&](std::size_t component, std::size_t axis, std::size_t at) {
       rows_.add_column(static_cast<int>(size), hierarchy().coarsest_inverse.data() + component * size,

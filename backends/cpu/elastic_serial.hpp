@@ -52,17 +52,12 @@ private:
   [[nodiscard]] RingedField made(int level, const At& answer) const {
     RingedField field;
     field.require(grid(level));
-    const Extent sites = grid(level).sites;
-    for (int z = 0; z < sites.depth; ++z) {
-      for (int y = 0; y < sites.height; ++y) {
-        for (int x = 0; x < sites.width; ++x) {
-          const Answer site = answer(x, y, z);
-          for (std::size_t axis = 0; axis < sites.axes(); ++axis) {
-            field[axis][grid(level).index(x, y, z)] = stored(site[axis]);
-          }
-        }
+    for_each_site(grid(level).sites, [&](int x, int y, int z) {
+      const Answer site = answer(x, y, z);
+      for (std::size_t axis = 0; axis < grid(level).axes(); ++axis) {
+        field[axis][grid(level).index(x, y, z)] = stored(site[axis]);
       }
-    }
+    });
     return field;
   }
 

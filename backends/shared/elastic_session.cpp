@@ -32,12 +32,10 @@ ScalarField square_sums(const ScalarField& sums) {
     return x < extent.width && y < extent.height ? sums.values[extent.index(x, y)] : 0.0F;
   };
   ScalarField next(Extent{(extent.width + 1) / 2, (extent.height + 1) / 2});
-  for (int y = 0; y < next.extent.height; ++y) {
-    for (int x = 0; x < next.extent.width; ++x) {
-      next.values[next.extent.index(x, y)] = ElasticInFloat::square_sum(
-          value(2 * x, 2 * y), value(2 * x + 1, 2 * y), value(2 * x, 2 * y + 1), value(2 * x + 1, 2 * y + 1));
-    }
-  }
+  for_each_site(next.extent, [&](int x, int y) {
+    next.values[next.extent.index(x, y)] = ElasticInFloat::square_sum(
+        value(2 * x, 2 * y), value(2 * x + 1, 2 * y), value(2 * x, 2 * y + 1), value(2 * x + 1, 2 * y + 1));
+  });
   return next;
 }
 
