@@ -32,15 +32,13 @@ struct Random {
 };
 
 Values forces_of(const InDouble::CellMoments& cell, const Values& d, double nu) {
-  const auto tension = InDouble::cell_tension(cell, {d[0], d[2], d[4], d[6]}, {d[1], d[3], d[5], d[7]},
-                                              InDouble::poisson_ratio(nu));
-  const std::array forces{InDouble::force_on_top_left(tension), InDouble::force_on_top_right(tension),
-                          InDouble::force_on_bottom_left(tension), InDouble::force_on_bottom_right(tension)};
+  const auto displacement = [&](std::size_t axis) {
+    return InDouble::corners_of([&](std::size_t corner) { return d[2 * corner + axis]; });
+  };
   Values result{};
-  for (std::size_t i = 0; i < 4; ++i) {
-    result[2 * i] = forces[i].x;
-    result[2 * i + 1] = forces[i].y;
-  }
+  InDouble::for_each_force(
+      cell, displacement, InDouble::poisson_ratio(nu),
+      [&](std::size_t axis, std::size_t corner, double force) { result[2 * corner + axis] = force; });
   return result;
 }
 

@@ -7,7 +7,7 @@
 
 namespace hdmbench {
 
-/// What one step of a method (ElasticSession) makes of one site, from the fields as they stand, for any
+/// What one step of a method makes of one site, from the fields as they stand, for any
 /// scalar that specification/elastic compiles with: float is what `scalar` stores, a number that knows its
 /// rounding is what certificates ask.
 template <typename Scalar>
@@ -22,28 +22,46 @@ public:
   /// Both must outlive this object.
   ElasticAnswers(const ElasticHierarchy& hierarchy, const ElasticFields& fields)
       : hierarchy_(hierarchy), fields_(fields),
-        axes_(hierarchy.levels.front().grid.axes()), ratio_{Scalar(hierarchy.ratio.nu),
-                                                            Scalar(hierarchy.ratio.shear)},
-        lame_(hierarchy.lame) {}
+        axes_(hierarchy.levels.front().grid.axes()), ratio_{{Scalar(hierarchy.ratio.nu),
+                                                             Scalar(hierarchy.ratio.shear)},
+                                                            Scalar(hierarchy.ratio.lame)} {}
 
-  [[nodiscard]] Answer relax(int level, ElasticField field, int x, int y, int z = 0) const {
+  /// What a step makes of site (x, y, z) of level made_on().
+  [[nodiscard]] Answer of(const MethodStep& step, int x, int y, int z) const {
+    const int level = step.level;
     const std::size_t at = grid(level).index(x, y, z);
-    return moved(level, at, residual(level, field, x, y, z), value(level, field, at));
+    switch (step.kind) {
+    case MethodStep::Kind::write:
+      return of_axes(
+          [&](std::size_t axis) { return Scalar((*step.values)[axis][step.values->extent.index(x, y, z)]); });
+    case MethodStep::Kind::relax:
+      return moved(level, at, residual(level, step.from, x, y, z), value(level, step.from, at));
+    case MethodStep::Kind::relax_from_zero:
+      return moved(level, at, value(level, ElasticField::load, at), Answer{});
+    case MethodStep::Kind::forces:
+      return on_free(level, at, force_on(level, step.from, x, y, z));
+    case MethodStep::Kind::restrict_residual:
+    case MethodStep::Kind::restrict_load:
+      return restricted(level, x, y, z, [&](int i, int j, int k) { return handed_down(step, i, j, k); });
+    case MethodStep::Kind::interpolate:
+      return corrected(level, Answer{}, x, y, z);
+    case MethodStep::Kind::correct:
+      return corrected(level, value(level, step.from, at), x, y, z);
+    case MethodStep::Kind::solve_coarsest:
+      return solved(level, x, y, z);
+    default: // advance
+      return of_axes([&](std::size_t axis) {
+        return Arithmetic::advanced(value(level, step.from, at)[axis], Scalar(step.factor),
+                                    value(level, step.direction, at)[axis]);
+      });
+    }
   }
-  [[nodiscard]] Answer relax_from_zero(int level, int x, int y, int z = 0) const {
-    const std::size_t at = grid(level).index(x, y, z);
-    return moved(level, at, value(level, ElasticField::load, at), Answer{});
-  }
-  [[nodiscard]] Answer forces(ElasticField of, int x, int y, int z = 0) const {
-    return on_free(0, grid(0).index(x, y, z), force_on(0, of, x, y, z));
-  }
-  /// What a site of `level` hands to the coarser one.
-  [[nodiscard]] Answer free_residual(int level, ElasticField of, int x, int y, int z = 0) const {
-    return on_free(level, grid(level).index(x, y, z), residual(level, of, x, y, z));
-  }
-  [[nodiscard]] Answer free_load(int level, int x, int y, int z = 0) const {
-    const std::size_t at = grid(level).index(x, y, z);
-    return on_free(level, at, value(level, ElasticField::load, at));
+  /// What a site of step.level hands to the coarser one.
+  [[nodiscard]] Answer handed_down(const MethodStep& step, int x, int y, int z) const {
+    const std::size_t at = grid(step.level).index(x, y, z);
+    return on_free(step.level, at,
+                   step.kind == MethodStep::Kind::restrict_load ? value(step.level, ElasticField::load, at)
+                                                                : residual(step.level, step.from, x, y, z));
   }
   /// Of site (x, y, z) of level + 1. fine(x, y, z) is the Answer of a site of `level`; beyond the image it is
   /// 0.
@@ -57,51 +75,14 @@ public:
     };
     const auto along = [&](const auto& of) { // three beside each other
       const std::array<Answer, 3> three{of(-1), of(0), of(1)};
-      Answer sum{};
-      for (std::size_t axis = 0; axis < axes_; ++axis) {
-        sum[axis] = Arithmetic::restricted(three[0][axis], three[1][axis], three[2][axis]);
-      }
-      return sum;
+      return of_axes([&](std::size_t axis) {
+        return Arithmetic::restricted(three[0][axis], three[1][axis], three[2][axis]);
+      });
     };
     const auto plane = [&](int k) {
       return along([&](int j) { return along([&](int i) { return inside(2 * x + i, 2 * y + j, k); }); });
     };
     return axes_ == 2 ? plane(0) : along([&](int k) { return plane(2 * z + k); });
-  }
-  /// Of a field that is not 0 before. Prescribed components stay.
-  [[nodiscard]] Answer correct(int level, ElasticField field, int x, int y, int z = 0) const {
-    return corrected(level, value(level, field, grid(level).index(x, y, z)), x, y, z);
-  }
-  [[nodiscard]] Answer interpolate(int level, int x, int y, int z = 0) const {
-    return corrected(level, Answer{}, x, y, z);
-  }
-  [[nodiscard]] Answer solve_coarsest(int x, int y, int z = 0) const {
-    const int level = static_cast<int>(hierarchy_.levels.size()) - 1;
-    const Extent sites = grid(level).sites;
-    const std::size_t size = axes_ * sites.sites();
-    const std::size_t row = axes_ * sites.index(x, y, z);
-    Answer sum{};
-    std::size_t column = 0;
-    for_each_site(sites, [&](int i, int j, int k) {
-      const Answer one = value(level, ElasticField::load, grid(level).index(i, j, k));
-      for (std::size_t of = 0; of < axes_; ++of, ++column) {
-        for (std::size_t axis = 0; axis < axes_; ++axis) {
-          const Scalar entry(hierarchy_.coarsest_inverse[column * size + row + axis]);
-          sum[axis] = Arithmetic::with_term(sum[axis], entry, one[of]);
-        }
-      }
-    });
-    return sum;
-  }
-  [[nodiscard]] Answer advance(ElasticField value_, float factor, ElasticField direction, int x, int y,
-                               int z = 0) const {
-    const std::size_t at = grid(0).index(x, y, z);
-    const Answer along = value(0, direction, at);
-    Answer sum = value(0, value_, at);
-    for (std::size_t axis = 0; axis < axes_; ++axis) {
-      sum[axis] = Arithmetic::advanced(sum[axis], Scalar(factor), along[axis]);
-    }
-    return sum;
   }
   [[nodiscard]] Scalar dot(ElasticField first, ElasticField second) const {
     Extent extent = grid(0).sites;
@@ -135,32 +116,44 @@ public:
   }
 
 private:
+  /// number(axis) for each axis.
+  template <typename Number>
+  [[nodiscard]] Answer of_axes(const Number& number) const {
+    Answer answer{};
+    for (std::size_t axis = 0; axis < axes_; ++axis) {
+      answer[axis] = number(axis);
+    }
+    return answer;
+  }
+
+  /// Of the coarsest level.
+  [[nodiscard]] Answer solved(int level, int x, int y, int z) const {
+    const Extent sites = grid(level).sites;
+    const std::size_t size = axes_ * sites.sites();
+    const std::size_t row = axes_ * sites.index(x, y, z);
+    Answer sum{};
+    std::size_t column = 0;
+    for_each_site(sites, [&](int i, int j, int k) {
+      const Answer one = value(level, ElasticField::load, grid(level).index(i, j, k));
+      for (std::size_t of = 0; of < axes_; ++of, ++column) {
+        for (std::size_t axis = 0; axis < axes_; ++axis) {
+          const Scalar entry(hierarchy_.coarsest_inverse[column * size + row + axis]);
+          sum[axis] = Arithmetic::with_term(sum[axis], entry, one[of]);
+        }
+      }
+    });
+    return sum;
+  }
   [[nodiscard]] const ElasticLevel& level_at(int level) const {
     return hierarchy_.levels.at(static_cast<std::size_t>(level));
   }
   [[nodiscard]] const RingedGrid& grid(int level) const { return level_at(level).grid; }
   [[nodiscard]] Answer value(int level, ElasticField field, std::size_t at) const {
     const RingedField& values = fields_.at(level, field);
-    Answer result{};
-    for (std::size_t axis = 0; axis < axes_; ++axis) {
-      result[axis] = Scalar(values[axis][at]);
-    }
-    return result;
+    return of_axes([&](std::size_t axis) { return Scalar(values[axis][at]); });
   }
   /// Whether components of the level may be prescribed.
   [[nodiscard]] bool has_prescribed(int level) const { return level == 0 || axes_ == 3; }
-
-  /// call(x, y, z) for every site, in reading order.
-  template <typename Call>
-  static void for_each_site(Extent sites, const Call& call) {
-    for (int z = 0; z < sites.depth; ++z) {
-      for (int y = 0; y < sites.height; ++y) {
-        for (int x = 0; x < sites.width; ++x) {
-          call(x, y, z);
-        }
-      }
-    }
-  }
 
   /// What cell (x, y, z) does to one of its corners, x in the lowest bit of its number. Cells of the ring do
   /// nothing.
@@ -182,39 +175,22 @@ private:
         return force_of_masked(here.masked, i, corner, site);
       }
     }
-    return axes_ == 2 ? force_in_image(here.cell(at), corner, site)
-                      : force_in_volume(here.template volume_cell<Scalar>(at), corner, site);
+    return axes_ == 2 ? force_by_moments<Arithmetic>(here, at, corner, site)
+                      : force_by_moments<Volume>(here, at, corner, site);
   }
 
-  template <typename Site>
-  [[nodiscard]] Answer force_in_image(const ElasticInFloat::CellMoments& cell, std::size_t corner,
-                                      const Site& site) const {
-    const typename Arithmetic::CellMoments moments{Scalar(cell.m),   Scalar(cell.mr),  Scalar(cell.ms),
-                                                   Scalar(cell.mrr), Scalar(cell.mss), Scalar(cell.mrs)};
-    const auto corners = [&](std::size_t axis) {
-      return typename Arithmetic::CellCorners{site(axis, 0), site(axis, 1), site(axis, 2), site(axis, 3)};
+  template <typename Cells, typename Site>
+  [[nodiscard]] Answer force_by_moments(const ElasticLevel& level, std::size_t at, std::size_t corner,
+                                        const Site& site) const {
+    const auto displacement = [&](std::size_t axis) {
+      return Cells::corners_of([&](std::size_t of) { return site(axis, of); });
     };
-    const auto tension = Arithmetic::cell_tension(moments, corners(0), corners(1), ratio_);
-    const auto force = corner == 0   ? Arithmetic::force_on_top_left(tension)
-                       : corner == 1 ? Arithmetic::force_on_top_right(tension)
-                       : corner == 2 ? Arithmetic::force_on_bottom_left(tension)
-                                     : Arithmetic::force_on_bottom_right(tension);
-    return {force.x, force.y, Scalar(0.0F)};
-  }
-
-  template <typename Site>
-  [[nodiscard]] Answer force_in_volume(const typename Volume::CellMoments& moments, std::size_t corner,
-                                       const Site& site) const {
-    const auto of = [&](std::size_t axis) {
-      return Volume::coefficients_of({site(axis, 0), site(axis, 1), site(axis, 2), site(axis, 3),
-                                      site(axis, 4), site(axis, 5), site(axis, 6), site(axis, 7)});
-    };
-    const auto tension = Volume::cell_tension(moments, of(0), of(1), of(2), lame_);
-    const auto force = [&](const typename Volume::Coefficients& component) {
-      const typename Volume::CellCorners f = Volume::forces_of(component);
-      return std::array{f.c000, f.c100, f.c010, f.c110, f.c001, f.c101, f.c011, f.c111}[corner];
-    };
-    return {force(tension.x), force(tension.y), force(tension.z)};
+    Answer answer{};
+    Cells::for_each_force(level.template cell<Cells>(at), displacement, ratio_,
+                          [&](std::size_t axis, std::size_t of, const Scalar& force) {
+                            answer[axis] = of == corner ? force : answer[axis];
+                          });
+    return answer;
   }
 
   template <typename Site>
@@ -239,22 +215,15 @@ private:
       const Answer north_east = force_of_cell(level, field, x, y - 1, cell_z, far + 2);
       const Answer south_west = force_of_cell(level, field, x - 1, y, cell_z, far + 1);
       const Answer south_east = force_of_cell(level, field, x, y, cell_z, far);
-      Answer sum{};
-      for (std::size_t axis = 0; axis < axes_; ++axis) {
-        sum[axis] =
-            Arithmetic::square_sum(north_west[axis], north_east[axis], south_west[axis], south_east[axis]);
-      }
-      return sum;
+      return of_axes([&](std::size_t axis) {
+        return Arithmetic::square_sum(north_west[axis], north_east[axis], south_west[axis], south_east[axis]);
+      });
     };
     return axes_ == 2 ? slab(0, 0) : sum_of(slab(z - 1, 4), slab(z, 0));
   }
 
   [[nodiscard]] Answer sum_of(const Answer& first, const Answer& second) const {
-    Answer sum{};
-    for (std::size_t axis = 0; axis < axes_; ++axis) {
-      sum[axis] = Arithmetic::corrected_by_one(first[axis], second[axis]);
-    }
-    return sum;
+    return of_axes([&](std::size_t axis) { return Arithmetic::corrected_by_one(first[axis], second[axis]); });
   }
 
   /// With the load, where the field is a correction.
@@ -269,17 +238,15 @@ private:
     const auto response = [&](std::size_t row, std::size_t column) {
       return Scalar(level_at(level).response[symmetric_entry(axes_, row, column)][at]);
     };
-    Answer after{};
-    for (std::size_t axis = 0; axis < axes_; ++axis) {
+    return of_axes([&](std::size_t axis) {
       const std::size_t other = axis == 0 ? 1 : 0;
       const std::size_t last = axis == 2 ? 1 : 2;
-      after[axis] = axes_ == 2 ? Arithmetic::relaxed(before[axis], response(axis, axis), residual[axis],
-                                                     response(axis, other), residual[other])
-                               : Volume::relaxed_in_volume(before[axis], response(axis, axis), residual[axis],
-                                                           response(axis, other), residual[other],
-                                                           response(axis, last), residual[last]);
-    }
-    return after;
+      return axes_ == 2 ? Arithmetic::relaxed(before[axis], response(axis, axis), residual[axis],
+                                              response(axis, other), residual[other])
+                        : Volume::relaxed_in_volume(before[axis], response(axis, axis), residual[axis],
+                                                    response(axis, other), residual[other],
+                                                    response(axis, last), residual[last]);
+    });
   }
 
   [[nodiscard]] bool is_free(int level, std::size_t axis, std::size_t at) const {
@@ -328,8 +295,7 @@ private:
   const ElasticHierarchy& hierarchy_;
   const ElasticFields& fields_;
   std::size_t axes_;
-  typename Arithmetic::PoissonRatio ratio_;
-  Scalar lame_;
+  typename Arithmetic::Ratios ratio_;
 };
 
 } // namespace hdmbench

@@ -83,25 +83,13 @@ private:
 /// A session whose fields are in the memory of the CPU.
 class ElasticInMemory : public ElasticSession {
 public:
-  void load(const ElasticHierarchy& hierarchy) override {
-    hierarchy_ = &hierarchy;
-    fields_.load(hierarchy);
-  }
-  void write(int level, ElasticField field, const VectorField& values) final {
-    fields_.write(level, field, values);
-  }
   void read(int level, ElasticField field, VectorField& values) const final {
     fields_.read(level, field, values);
   }
 
 protected:
-  [[nodiscard]] const ElasticLevel& level_at(int level) const {
-    return hierarchy_->levels.at(static_cast<std::size_t>(level));
-  }
-  [[nodiscard]] const RingedGrid& grid(int level) const { return level_at(level).grid; }
-  [[nodiscard]] int coarsest() const { return static_cast<int>(hierarchy_->levels.size()) - 1; }
+  void do_load(const ElasticHierarchy& hierarchy) override { fields_.load(hierarchy); }
 
-  const ElasticHierarchy* hierarchy_ = nullptr;
   ElasticFields fields_;
 };
 

@@ -138,10 +138,9 @@ private:
 class ElasticBand {
 public:
   ElasticBand(const ElasticRows& rows, const ElasticHierarchy& hierarchy, const MixedCells& mixed)
-      : rows_(&rows), mixed_(&mixed), ratio_(hierarchy.ratio), lame_(hierarchy.lame),
-        axes_(hierarchy.levels.front().grid.axes()),
+      : rows_(&rows), mixed_(&mixed), ratio_(hierarchy.ratio), axes_(hierarchy.levels.front().grid.axes()),
         pitch_(hierarchy.levels.front().grid.pitch + 2 * RingedGrid::margin),
-        lines_(axes_ * line_count * pitch_), tension_((axes_ == 3 ? 24 : 5) * pitch_),
+        lines_(axes_ * line_count * pitch_), made_((axes_ == 3 ? 24 : 5) * pitch_),
         plane_(static_cast<std::size_t>(Planes(hierarchy.levels.front().grid).rows) * pitch_) {}
 
   /// Copies the planes of other bands that touch `band`, before anybody overwrites them: residuals() reads
@@ -333,16 +332,18 @@ private:
   /// are any cells.
   template <typename RowAt>
   bool cells(const ElasticLevel& level, int row, int plane, const RowAt& row_at) {
+    const auto below = [&](int along_rows, int along_planes) {
+      return row_at(row + along_rows, plane + along_planes);
+    };
     if (axes_ == 2) {
-      cells_of_image(level, plane, {row_at(0, plane), row_at(0, plane + 1)});
+      compute_cells<2>(level, plane, 0, {below(0, 0), below(0, 1)}, {line(near_line), line(far_)});
       return true;
     }
     const Extent cells = level.grid.cells();
     const bool is_there = row < cells.height && plane >= 0 && plane < cells.depth;
     if (is_there) {
-      cells_of_volume(
-          level, row, plane,
-          {row_at(row, plane), row_at(row + 1, plane), row_at(row, plane + 1), row_at(row + 1, plane + 1)});
+      compute_cells<3>(level, row, plane, {below(0, 0), below(1, 0), below(0, 1), below(1, 1)},
+                       {line(north_line), line(next_south_), line(far_north_line), line(next_far_south_)});
     }
     add(line(south_), is_there ? line(north_line) : ElasticRow{}, level.grid.sites.width, line(near_line));
     return is_there;
@@ -370,99 +371,69 @@ private:
     });
   }
 
-  void cells_of_image(const ElasticLevel& level, int y, const std::array<ConstElasticRow, 2>& sites) {
-    const std::size_t at = level.grid.index(-1, y);
-    openmp::ImageCells row;
-    for (std::size_t i = 0; i < 6; ++i) {
-      row.moments[i] = level.moments[i].data() + at;
-    }
-    each_axis(2, [&](std::size_t axis) {
-      row.sites[0].of[axis] = sites[0].of[axis] - 1;
-      row.sites[1].of[axis] = sites[1].of[axis] - 1;
-    });
-    row.cells = level.grid.sites.width + 1;
-    row.nu = ratio_.nu;
-    row.shear = ratio_.shear;
-    for (std::size_t i = 0; i < 5; ++i) {
-      row.tension[i] = tension_.data() + i * pitch_;
-    }
-    const ElasticRow on_above = line(near_line);
-    const ElasticRow on_below = line(far_);
-    rows_->tensions(row);
-    rows_->forces(row, on_above, on_below);
-    const auto [first, last] = level.masked.row(y);
-    for (std::size_t i = first; i < last; ++i) {
-      const auto x = static_cast<std::size_t>(level.masked.x[i]);
-      float force[24];
-      masked_forces<2>(level.masked, i, sites, force);
-      // Its moments are 0, so that it has added nothing yet; sums of two do not ask for their order.
-      for (std::size_t corner = 0; corner < 4; ++corner) {
-        const ElasticRow& to = corner < 2 ? on_above : on_below;
-        to.of[0][x + corner % 2] += force[2 * corner];
-        to.of[1][x + corner % 2] += force[2 * corner + 1];
-      }
-    }
-  }
-
+  /// The row (y, z) of cells between these rows of sites, and what it does to them.
   template <std::size_t axes>
-  void masked_forces(const MaskedCells& masked, std::size_t cell,
-                     const std::array<ConstElasticRow, (axes - 1) * 2>& sites, float* force) const {
-    float values[24];
-    float* to = values;
-    for (std::size_t corner = 0; corner < (axes == 3 ? 8 : 4); ++corner) {
-      const std::size_t x = static_cast<std::size_t>(masked.x[cell]) + corner % 2;
-      for (std::size_t axis = 0; axis < axes; ++axis) {
-        *to++ = sites[corner / 2].of[axis][x];
-      }
-    }
-    rows_->masked_forces(static_cast<int>(masked.components), masked.matrix(cell), values, force);
-  }
-
-  void cells_of_volume(const ElasticLevel& level, int y, int z, const std::array<ConstElasticRow, 4>& sites) {
+  void compute_cells(const ElasticLevel& level, int y, int z,
+                     const std::array<ConstElasticRow, 2 << (axes - 2)>& sites,
+                     const std::array<ElasticRow, 2 << (axes - 2)>& on_rows) {
     const std::size_t at = level.grid.index(0, y, z);
-    const bool is_image = level.moments.size() == 1;
-    openmp::VolumeCells row{};
-    for (std::size_t i = 0; i < (is_image ? 4 : level.moments.size()); ++i) {
-      row.moments[i] = is_image ? level.moments[0].data() + at + level.grid.to_corner(2 * i)
-                                : level.moments[i].data() + at;
+    const auto& rows = rows_->cells<axes>();
+    openmp::CellRow<axes> row;
+    const bool by_moduli = level.moments.size() == 1;
+    for (std::size_t i = 0; i < (by_moduli ? sites.size() : level.moments.size()); ++i) {
+      row.moments[i] = by_moduli ? level.moments[0].data() + at + level.grid.to_corner(2 * i)
+                                 : level.moments[i].data() + at;
     }
     std::ranges::copy(sites, row.sites);
+    row.ratio = ratio_;
     row.cells = level.grid.sites.width - 1;
-    row.lame = lame_;
-    for (std::size_t i = 0; i < 24; ++i) {
-      row.tension[i] = tension_.data() + i * pitch_ + RingedGrid::margin;
-      row.tension[i][-1] = 0.0F;
-      row.tension[i][row.cells] = 0.0F;
+    for (std::size_t i = 0; i < std::size(row.made); ++i) {
+      row.made[i] = made_.data() + i * pitch_ + RingedGrid::margin;
+      row.made[i][-1] = row.made[i][row.cells] = 0.0F;
     }
-    if (is_image) {
-      rows_->uniform_tensions(row);
-      mixed_->for_each_run(y, z, row.cells,
-                           [&](int first, int last) { rows_->image_tensions(row, first, last); });
+    if (by_moduli) {
+      rows.by_one_modulus(row);
+      mixed_->for_each_run(y, z, row.cells, [&](int first, int last) { rows.by_moduli(row, first, last); });
     } else {
-      rows_->volume_tensions(row);
+      rows.by_moments(row);
+    }
+    // Of an image a masked cell, whose moments are 0, adds to sums of two, which do not ask for their order;
+    // of a volume it takes its place among the others.
+    if (axes == 2) {
+      rows.forces(row, on_rows.data());
     }
     const auto [first, last] = level.masked.row(y, z);
     for (std::size_t i = first; i < last; ++i) {
+      float displacement[24];
       float force[24];
-      masked_forces<3>(level.masked, i, sites, force);
-      for (std::size_t component = 0; component < 24; ++component) {
-        row.tension[8 * (component % 3) + component / 3][level.masked.x[i]] = force[component];
+      const auto x = static_cast<std::size_t>(level.masked.x[i]);
+      for (std::size_t component = 0; component < axes << axes; ++component) {
+        const std::size_t corner = component / axes;
+        displacement[component] = sites[corner / 2].of[component % axes][x + corner % 2];
+      }
+      rows.by_matrix(level.masked.matrix(i), displacement, force);
+      for (std::size_t component = 0; component < axes << axes; ++component) {
+        const std::size_t corner = component / axes;
+        if constexpr (axes == 2) {
+          on_rows[corner / 2].of[component % axes][x + corner % 2] += force[component];
+        } else {
+          row.made[8 * (component % axes) + corner][x] = force[component];
+        }
       }
     }
-    const ElasticRow on_rows[4] = {line(north_line), line(next_south_), line(far_north_line),
-                                   line(next_far_south_)};
-    rows_->volume_forces(row, on_rows);
+    if (axes == 3) {
+      rows.forces(row, on_rows.data());
+    }
   }
 
   const ElasticRows* rows_;
   const MixedCells* mixed_;
-  ElasticInFloat::PoissonRatio ratio_;
-  float lame_;
+  ElasticInFloat::Ratios ratio_;
   std::size_t axes_;
   std::size_t pitch_;
   std::vector<float> lines_;
-  std::vector<float> tension_;
-  std::size_t plane_; ///< floats of a component's plane
+  std::vector<float> made_; ///< CellRow::made
+  std::size_t plane_;       ///< floats of a component's plane
   std::array<std::vector<float>, plane_count> planes_;
   Line far_ = far_lines;
   Line carried_ = static_cast<Line>(far_lines + 1);
@@ -479,119 +450,27 @@ public:
   ElasticOpenMp(int threads, const ElasticRows& rows, std::size_t sites_worth_a_thread)
       : threads_(threads), rows_(rows), sites_worth_a_thread_(sites_worth_a_thread) {}
 
-  void load(const ElasticHierarchy& hierarchy) override {
-    ElasticInMemory::load(hierarchy);
-    mixed_ = axes() == 3 ? MixedCells(hierarchy.levels.front()) : MixedCells();
-    bands_.assign(static_cast<std::size_t>(threads_), ElasticBand(rows_, hierarchy, mixed_));
-    sums_.resize(halves(grid(0).sites).sites());
-  }
-
-  void relax(int level, ElasticField field) override {
-    const ElasticLevel& here = level_at(level);
-    RingedField& values = fields_.at(level, field);
-    const Planes planes(here.grid);
-    in_bands(planes.count, here.grid.sites, [&](Band band, ElasticBand& work) {
-      // In place: a row is overwritten when all rows of cells beside it are done. Where bands meet, the
-      // other band's plane is kept as it was.
-      work.keep_neighbours(here.grid, values, band);
-#pragma omp barrier
-      work.residuals(here, values, load_of(level, field), band, true,
-                     [&](int row, int plane, ConstElasticRow residual) {
-                       const std::size_t at = planes.index(row, plane);
-                       const ElasticRow to = row_of(here.grid, values, at);
-                       rows_.relax(axes(), here.grid.sites.width, to, residual, response_of(here, at), to);
-                     });
-    });
-  }
-
-  void relax_from_zero(int level) override {
-    const ElasticLevel& here = level_at(level);
-    const RingedField& load = fields_.at(level, ElasticField::load);
-    RingedField& correction = fields_.at(level, ElasticField::correction);
-    for_each_row(here.grid, [&](int y, int z) {
-      const std::size_t at = here.grid.index(0, y, z);
-      rows_.relax(axes(), here.grid.sites.width, {}, row_of(here.grid, load, at), response_of(here, at),
-                  row_of(here.grid, correction, at));
-    });
-  }
-
-  void forces(ElasticField of, ElasticField to) override {
-    const ElasticLevel& here = level_at(0);
-    RingedField& result = fields_.at(0, to);
-    const RingedField& values = fields_.at(0, of);
-    const Planes planes(here.grid);
-    in_bands(planes.count, here.grid.sites, [&](Band band, ElasticBand& work) {
-      work.residuals(here, values, nullptr, band, false, [&](int row, int plane, ConstElasticRow residual) {
-        const std::size_t at = planes.index(row, plane);
-        each_axis(here.grid.axes(), [&](std::size_t axis) {
-          std::copy_n(residual.of[axis], here.grid.sites.width, result[axis].data() + at);
-          rows_.keep_free(here.grid.sites.width, straight_of(here, axis, at), result[axis].data() + at);
-        });
-      });
-    });
-  }
-
-  void restrict_residual(int level, ElasticField of) override {
-    const RingedField& values = fields_.at(level, of);
-    restrict_from(level, [&](ElasticBand& work, Band fine, const auto& use) {
-      work.residuals(level_at(level), values, load_of(level, of), fine, false, use);
-    });
-  }
-  void restrict_load(int level) override {
-    const RingedField& from = fields_.at(level, ElasticField::load);
-    const Planes planes(grid(level));
-    restrict_from(level, [&](ElasticBand& /*work*/, Band fine, const auto& use) {
-      for (int plane = fine.first; plane < fine.last; ++plane) {
-        for (int row = 0; row < planes.rows; ++row) {
-          use(row, plane, row_of(grid(level), from, planes.index(row, plane)));
-        }
-      }
-    });
-  }
-
-  void interpolate(int level) override {
-    correct(level, ElasticField::correction, true);
-  }
-  void correct(int level, ElasticField field) override {
-    correct(level, field, false);
-  }
-
-  void solve_coarsest() override {
-    const RingedGrid& sites = grid(coarsest());
-    const RingedField& load = fields_.at(coarsest(), ElasticField::load);
-    RingedField& correction = fields_.at(coarsest(), ElasticField::correction);
-    const std::size_t size = sites.axes() * sites.sites.sites();
-    std::vector<float> sums(size);
-    const auto for_each_component = [&](const auto& call) {
-      std::size_t component = 0;
-      for (int z = 0; z < sites.sites.depth; ++z) {
-        for (int y = 0; y < sites.sites.height; ++y) {
-          for (int x = 0; x < sites.sites.width; ++x) {
-            each_axis(sites.axes(), [&](std::size_t axis) { call(component++, axis, sites.index(x, y, z)); });
-          }
-        }
-      }
-    };
-    for_each_component([&](std::size_t component, std::size_t axis, std::size_t at) {
-      rows_.add_column(static_cast<int>(size), hierarchy_->coarsest_inverse.data() + component * size,
-                       load[axis][at], sums.data());
-    });
-    for_each_component([&](std::size_t component, std::size_t axis, std::size_t at) {
-      correction[axis][at] = sums[component];
-    });
-  }
-
-  void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) override {
-    RingedField& result = fields_.at(0, to);
-    const RingedField& from = fields_.at(0, value);
-    const RingedField& along = fields_.at(0, direction);
-    for_each_row(grid(0), [&](int y, int z) {
-      const std::size_t at = grid(0).index(0, y, z);
-      each_axis(grid(0).axes(), [&](std::size_t axis) {
-        rows_.advance(grid(0).sites.width, from[axis].data() + at, factor, along[axis].data() + at,
-                      result[axis].data() + at);
-      });
-    });
+  void take(const MethodStep& step) override {
+    switch (step.kind) {
+    case MethodStep::Kind::write:
+      return fields_.write(step.level, step.to, *step.values);
+    case MethodStep::Kind::relax:
+      return relax_field(step.level, step.to);
+    case MethodStep::Kind::relax_from_zero:
+      return relax_zero(step.level);
+    case MethodStep::Kind::forces:
+      return make_forces(step.from, step.to);
+    case MethodStep::Kind::restrict_residual:
+    case MethodStep::Kind::restrict_load:
+      return restrict_field(step);
+    case MethodStep::Kind::interpolate:
+    case MethodStep::Kind::correct:
+      return correct_field(step);
+    case MethodStep::Kind::solve_coarsest:
+      return solve();
+    case MethodStep::Kind::advance:
+      return advance_field(step);
+    }
   }
 
   float dot(ElasticField first, ElasticField second) const override {
@@ -615,6 +494,115 @@ public:
   }
 
 private:
+  void do_load(const ElasticHierarchy& hierarchy) override {
+    ElasticInMemory::do_load(hierarchy);
+    mixed_ = axes() == 3 ? MixedCells(hierarchy.levels.front()) : MixedCells();
+    bands_.assign(static_cast<std::size_t>(threads_), ElasticBand(rows_, hierarchy, mixed_));
+    sums_.resize(halves(grid(0).sites).sites());
+  }
+
+  void relax_field(int level, ElasticField field) {
+    const ElasticLevel& here = level_at(level);
+    RingedField& values = fields_.at(level, field);
+    const Planes planes(here.grid);
+    in_bands(planes.count, here.grid.sites, [&](Band band, ElasticBand& work) {
+      // In place: a row is overwritten when all rows of cells beside it are done. Where bands meet, the
+      // other band's plane is kept as it was.
+      work.keep_neighbours(here.grid, values, band);
+#pragma omp barrier
+      work.residuals(here, values, load_of(level, field), band, true,
+                     [&](int row, int plane, ConstElasticRow residual) {
+                       const std::size_t at = planes.index(row, plane);
+                       const ElasticRow to = row_of(here.grid, values, at);
+                       rows_.relax(axes(), here.grid.sites.width, to, residual, response_of(here, at), to);
+                     });
+    });
+  }
+
+  void relax_zero(int level) {
+    const ElasticLevel& here = level_at(level);
+    const RingedField& load = fields_.at(level, ElasticField::load);
+    RingedField& correction = fields_.at(level, ElasticField::correction);
+    for_each_row(here.grid, [&](int y, int z) {
+      const std::size_t at = here.grid.index(0, y, z);
+      rows_.relax(axes(), here.grid.sites.width, {}, row_of(here.grid, load, at), response_of(here, at),
+                  row_of(here.grid, correction, at));
+    });
+  }
+
+  void make_forces(ElasticField of, ElasticField to) {
+    const ElasticLevel& here = level_at(0);
+    RingedField& result = fields_.at(0, to);
+    const RingedField& values = fields_.at(0, of);
+    const Planes planes(here.grid);
+    in_bands(planes.count, here.grid.sites, [&](Band band, ElasticBand& work) {
+      work.residuals(here, values, nullptr, band, false, [&](int row, int plane, ConstElasticRow residual) {
+        const std::size_t at = planes.index(row, plane);
+        each_axis(here.grid.axes(), [&](std::size_t axis) {
+          std::copy_n(residual.of[axis], here.grid.sites.width, result[axis].data() + at);
+          rows_.keep_free(here.grid.sites.width, straight_of(here, axis, at), result[axis].data() + at);
+        });
+      });
+    });
+  }
+
+  /// The load of the coarser level, from a residual or from the load of this one.
+  void restrict_field(const MethodStep& step) {
+    const ElasticLevel& here = level_at(step.level);
+    const RingedField& values = fields_.at(step.level, step.from);
+    const RingedGrid& coarse = grid(step.level + 1);
+    const Planes planes(here.grid);
+    RingedField& load = fields_.at(step.level + 1, ElasticField::load);
+    in_bands(Planes(coarse).count, here.grid.sites, [&](Band band, ElasticBand& work) {
+      work.restrict_rows(here, has_prescribed(step.level), band, coarse, load,
+                         [&](Band fine, const auto& use) {
+                           if (step.kind == MethodStep::Kind::restrict_residual) {
+                             work.residuals(here, values, load_of(step.level, step.from), fine, false, use);
+                             return;
+                           }
+                           for (int plane = fine.first; plane < fine.last; ++plane) {
+                             for (int row = 0; row < planes.rows; ++row) {
+                               use(row, plane, row_of(here.grid, values, planes.index(row, plane)));
+                             }
+                           }
+                         });
+    });
+  }
+
+  void solve() {
+    const RingedGrid& sites = grid(coarsest());
+    const RingedField& load = fields_.at(coarsest(), ElasticField::load);
+    RingedField& correction = fields_.at(coarsest(), ElasticField::correction);
+    const std::size_t size = sites.axes() * sites.sites.sites();
+    std::vector<float> sums(size);
+    const auto for_each_component = [&](const auto& call) {
+      std::size_t component = 0;
+      for_each_site(sites.sites, [&](int x, int y, int z) {
+        each_axis(sites.axes(), [&](std::size_t axis) { call(component++, axis, sites.index(x, y, z)); });
+      });
+    };
+    for_each_component([&](std::size_t component, std::size_t axis, std::size_t at) {
+      rows_.add_column(static_cast<int>(size), hierarchy().coarsest_inverse.data() + component * size,
+                       load[axis][at], sums.data());
+    });
+    for_each_component([&](std::size_t component, std::size_t axis, std::size_t at) {
+      correction[axis][at] = sums[component];
+    });
+  }
+
+  void advance_field(const MethodStep& step) {
+    RingedField& result = fields_.at(0, step.to);
+    const RingedField& from = fields_.at(0, step.from);
+    const RingedField& along = fields_.at(0, step.direction);
+    for_each_row(grid(0), [&](int y, int z) {
+      const std::size_t at = grid(0).index(0, y, z);
+      each_axis(grid(0).axes(), [&](std::size_t axis) {
+        rows_.advance(grid(0).sites.width, from[axis].data() + at, step.factor, along[axis].data() + at,
+                      result[axis].data() + at);
+      });
+    });
+  }
+
   [[nodiscard]] int axes() const {
     return static_cast<int>(grid(0).axes());
   }
@@ -651,17 +639,6 @@ private:
       }
     });
   }
-  /// The load of level + 1 from what rows(work, fine planes, use) hands to use(row, plane, values).
-  template <typename Rows>
-  void restrict_from(int level, const Rows& rows) {
-    const RingedGrid& coarse = grid(level + 1);
-    RingedField& load = fields_.at(level + 1, ElasticField::load);
-    in_bands(Planes(coarse).count, grid(level).sites, [&](Band band, ElasticBand& work) {
-      work.restrict_rows(level_at(level), has_prescribed(level), band, coarse, load,
-                         [&](Band fine, const auto& use) { rows(work, fine, use); });
-    });
-  }
-
   [[nodiscard]] const RingedField* load_of(int level, ElasticField field) const {
     return field == ElasticField::correction ? &fields_.at(level, ElasticField::load) : nullptr;
   }
@@ -670,12 +647,14 @@ private:
     return level == 0 || axes() == 3;
   }
 
-  void correct(int level, ElasticField field, bool from_zero) {
+  void correct_field(const MethodStep& step) {
+    const int level = step.level;
+    const bool from_zero = step.kind == MethodStep::Kind::interpolate;
     const ElasticLevel& here = level_at(level);
     const RingedGrid& coarse = grid(level + 1);
     const int width = here.grid.sites.width;
     const RingedField& correction = fields_.at(level + 1, ElasticField::correction);
-    RingedField& values = fields_.at(level, field);
+    RingedField& values = fields_.at(level, step.to);
     for_each_row(here.grid, [&](int y, int z) {
       const std::size_t at = here.grid.index(0, y, z);
       each_axis(here.grid.axes(), [&](std::size_t axis) {

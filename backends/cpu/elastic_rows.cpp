@@ -4,6 +4,8 @@
 
 #include "kernels/specification/elastic/elastic.hpp"
 
+#include <type_traits>
+
 namespace hdmbench::openmp::HDMBENCH_INSTRUCTION_SET {
 
 namespace {
@@ -14,39 +16,84 @@ using Volume = ElasticVolume<float>;
 // The bodies of loops are functions of their own: locals declared inside an `omp simd` loop would become
 // arrays in memory.
 
-HDM_FUNCTION InFloat::CellCorners corners(const ImageCells& row, int axis, int i) {
-  const float* const above = row.sites[0].of[axis];
-  const float* const below = row.sites[1].of[axis];
-  return {above[i], above[i + 1], below[i], below[i + 1]};
+template <std::size_t axes>
+using Cells = std::conditional_t<axes == 2, InFloat, Volume>;
+
+/// Eight numbers of a row of cells of a volume, or four, beside each other: of these rows of sites.
+template <std::size_t axes, typename Row>
+HDM_FUNCTION typename Cells<axes>::CellCorners corners_at(const Row& row, int i) {
+  return Cells<axes>::corners_of([&](int corner) HDM_INLINED { return row(corner / 2)[i + corner % 2]; });
 }
 
-HDM_FUNCTION void tension_of(const ImageCells& row, int i) {
-  const float* const* const m = row.moments;
+template <std::size_t axes>
+HDM_FUNCTION auto displacements_at(const CellRow<axes>& row, int i) {
+  return [&row, i](int axis) HDM_INLINED {
+    return corners_at<axes>([&](int number) HDM_INLINED { return row.sites[number].of[axis]; }, i);
+  };
+}
+
+HDM_FUNCTION auto stored_at(const CellRow<3>& row, int i) {
+  return [&row, i](int axis, int corner, float force) HDM_INLINED { row.made[8 * axis + corner][i] = force; };
+}
+
+template <std::size_t axes>
+HDM_FUNCTION auto moments_at(const CellRow<axes>& row, int i) {
+  return Cells<axes>::moments_of([&](int number) HDM_INLINED { return row.moments[number][i]; });
+}
+
+/// Of an image the tension, from which forces are made when the cell beside it is known: fewer numbers.
+HDM_FUNCTION void image_at(const CellRow<2>& row, int i) {
+  const auto displacement = displacements_at(row, i);
   const InFloat::CellTension tension =
-      InFloat::cell_tension({m[0][i], m[1][i], m[2][i], m[3][i], m[4][i], m[5][i]}, corners(row, 0, i),
-                            corners(row, 1, i), {row.nu, row.shear});
-  row.tension[0][i] = tension.top;
-  row.tension[1][i] = tension.bottom;
-  row.tension[2][i] = tension.left;
-  row.tension[3][i] = tension.right;
-  row.tension[4][i] = tension.shear;
+      InFloat::cell_tension(moments_at(row, i), displacement(0), displacement(1), row.ratio);
+  row.made[0][i] = tension.top;
+  row.made[1][i] = tension.bottom;
+  row.made[2][i] = tension.left;
+  row.made[3][i] = tension.right;
+  row.made[4][i] = tension.shear;
 }
 
-void tensions(const ImageCells& given) {
-  const ImageCells row = given; // nothing that is written can change it
+HDM_FUNCTION void volume_at(const CellRow<3>& row, int i) {
+  Volume::for_each_force(moments_at(row, i), displacements_at(row, i), row.ratio, stored_at(row, i));
+}
+
+HDM_FUNCTION void of_moduli_at(const CellRow<3>& row, int i) {
+  const auto moduli = corners_at<3>([&](int number) HDM_INLINED { return row.moments[number]; }, i);
+  Volume::for_each_force(Volume::image_cell(moduli), displacements_at(row, i), row.ratio, stored_at(row, i));
+}
+
+HDM_FUNCTION void uniform_at(const CellRow<3>& row, int i) {
+  Volume::for_each_force_of_uniform(row.moments[0][i], displacements_at(row, i), row.ratio,
+                                    stored_at(row, i));
+}
+
+template <std::size_t axes, auto at>
+HDM_FUNCTION void each_cell(const CellRow<axes>& given, int first, int last) {
+  const CellRow<axes> row = given; // nothing that is written can change it
 #pragma omp simd
-  for (int i = 0; i < row.cells; ++i) {
-    tension_of(row, i);
+  for (int i = first; i < last; ++i) {
+    at(row, i);
   }
 }
 
-HDM_FUNCTION InFloat::CellTension tension_at(const ImageCells& row, int i) {
-  return {row.tension[0][i], row.tension[1][i], row.tension[2][i], row.tension[3][i], row.tension[4][i]};
+/// From the first one, which is known here: pointers are good as they are.
+template <std::size_t axes, auto at>
+void all_cells(const CellRow<axes>& row) {
+  each_cell<axes, at>(row, 0, row.cells);
 }
 
-HDM_FUNCTION void forces_on(const ImageCells& row, const ElasticRow& above, const ElasticRow& below, int i) {
-  const InFloat::CellTension west = tension_at(row, i);
-  const InFloat::CellTension east = tension_at(row, i + 1);
+void of_moduli(const CellRow<3>& row, int first, int last) {
+  each_cell<3, of_moduli_at>(row, first, last);
+}
+
+HDM_FUNCTION InFloat::CellTension tension_at(const CellRow<2>& row, int i) {
+  return {row.made[0][i], row.made[1][i], row.made[2][i], row.made[3][i], row.made[4][i]};
+}
+
+HDM_FUNCTION void image_forces_at(const CellRow<2>& row, const ElasticRow& above, const ElasticRow& below,
+                                  int i) {
+  const InFloat::CellTension west = tension_at(row, i - 1);
+  const InFloat::CellTension east = tension_at(row, i);
   const InFloat::Force west_above = InFloat::force_on_top_right(west);
   const InFloat::Force east_above = InFloat::force_on_top_left(east);
   const InFloat::Force west_below = InFloat::force_on_bottom_right(west);
@@ -57,99 +104,22 @@ HDM_FUNCTION void forces_on(const ImageCells& row, const ElasticRow& above, cons
   below.of[1][i] = west_below.y + east_below.y;
 }
 
-void forces(const ImageCells& given, ElasticRow above, ElasticRow below) {
-  const ImageCells row = given;
+void image_forces(const CellRow<2>& given, const ElasticRow* to) {
+  const CellRow<2> row = given;
+  const ElasticRow above = to[0];
+  const ElasticRow below = to[1];
 #pragma omp simd
-  for (int i = 0; i < row.cells - 1; ++i) {
-    forces_on(row, above, below, i);
+  for (int i = 0; i <= row.cells; ++i) {
+    image_forces_at(row, above, below, i);
   }
 }
 
-HDM_FUNCTION Volume::Coefficients coefficients_at(const VolumeCells& row, int axis, int i) {
-  const float* const r0 = row.sites[0].of[axis];
-  const float* const r1 = row.sites[1].of[axis];
-  const float* const r2 = row.sites[2].of[axis];
-  const float* const r3 = row.sites[3].of[axis];
-  return Volume::coefficients_of({r0[i], r0[i + 1], r1[i], r1[i + 1], r2[i], r2[i + 1], r3[i], r3[i + 1]});
-}
-
-HDM_FUNCTION void store_component(float* const* to, const Volume::Coefficients& tension, int i) {
-  const Volume::CellCorners force = Volume::forces_of(tension);
-  to[0][i] = force.c000;
-  to[1][i] = force.c100;
-  to[2][i] = force.c010;
-  to[3][i] = force.c110;
-  to[4][i] = force.c001;
-  to[5][i] = force.c101;
-  to[6][i] = force.c011;
-  to[7][i] = force.c111;
-}
-
-HDM_FUNCTION void store_tension(const VolumeCells& row, const Volume::CellTension& tension, int i) {
-  store_component(row.tension, tension.x, i);
-  store_component(row.tension + 8, tension.y, i);
-  store_component(row.tension + 16, tension.z, i);
-}
-
-HDM_FUNCTION void volume_tension_of(const VolumeCells& row, int i) {
-  const float* const* const m = row.moments;
-  const Volume::CellMoments moments{m[0][i],  m[1][i],  m[2][i],  m[3][i],  m[4][i],  m[5][i],
-                                    m[6][i],  m[7][i],  m[8][i],  m[9][i],  m[10][i], m[11][i],
-                                    m[12][i], m[13][i], m[14][i], m[15][i], m[16][i], m[17][i],
-                                    m[18][i], m[19][i], m[20][i], m[21][i], m[22][i]};
-  store_tension(row,
-                Volume::cell_tension(moments, coefficients_at(row, 0, i), coefficients_at(row, 1, i),
-                                     coefficients_at(row, 2, i), row.lame),
-                i);
-}
-
-void volume_tensions(const VolumeCells& given) {
-  const VolumeCells row = given;
-#pragma omp simd
-  for (int i = 0; i < row.cells; ++i) {
-    volume_tension_of(row, i);
-  }
-}
-
-HDM_FUNCTION void image_tension_of(const VolumeCells& row, int i) {
-  const float* const* const m = row.moments;
-  const Volume::CellMoments moments = Volume::image_cell(
-      {m[0][i], m[0][i + 1], m[1][i], m[1][i + 1], m[2][i], m[2][i + 1], m[3][i], m[3][i + 1]});
-  store_tension(row,
-                Volume::cell_tension(moments, coefficients_at(row, 0, i), coefficients_at(row, 1, i),
-                                     coefficients_at(row, 2, i), row.lame),
-                i);
-}
-
-void image_tensions(const VolumeCells& given, int first, int last) {
-  const VolumeCells row = given;
-#pragma omp simd
-  for (int i = first; i < last; ++i) {
-    image_tension_of(row, i);
-  }
-}
-
-HDM_FUNCTION void uniform_tension_of(const VolumeCells& row, int i) {
-  store_tension(row,
-                Volume::uniform_tension(row.moments[0][i], coefficients_at(row, 0, i),
-                                        coefficients_at(row, 1, i), coefficients_at(row, 2, i), row.lame),
-                i);
-}
-
-void uniform_tensions(const VolumeCells& given) {
-  const VolumeCells row = given;
-#pragma omp simd
-  for (int i = 0; i < row.cells; ++i) {
-    uniform_tension_of(row, i);
-  }
-}
-
-/// On one row of sites: from the cells to the west, whose corner is the eastern one, and to the east.
-void volume_forces(const VolumeCells& row, const ElasticRow* on_rows) {
+/// On a row of sites: from the cells to the west, whose corner is the eastern one, and to the east.
+void volume_forces(const CellRow<3>& row, const ElasticRow* on_rows) {
   for (int number = 0; number < 4; ++number) {
     for (int axis = 0; axis < 3; ++axis) {
-      const float* const east = row.tension[8 * axis + 2 * number];
-      const float* const west = row.tension[8 * axis + 2 * number + 1] - 1;
+      const float* const east = row.made[8 * axis + 2 * number];
+      const float* const west = row.made[8 * axis + 2 * number + 1] - 1;
       float* const to = on_rows[number].of[axis];
 #pragma omp simd
       for (int i = 0; i <= row.cells; ++i) {
@@ -159,23 +129,19 @@ void volume_forces(const VolumeCells& row, const ElasticRow* on_rows) {
   }
 }
 
-template <int components>
-HDM_FUNCTION void forces_of_masked(const float* stiffness, const float* values, float* force) {
+template <std::size_t axes>
+void of_matrix(const float* stiffness, const float* displacement, float* force) {
+  constexpr std::size_t components = axes << axes;
   float sum[components] = {};
-  for (int column = 0; column < components; ++column) {
+  for (std::size_t column = 0; column < components; ++column) {
 #pragma omp simd
-    for (int row = 0; row < components; ++row) {
-      sum[row] = InFloat::masked_force(sum[row], stiffness[components * column + row], values[column]);
+    for (std::size_t row = 0; row < components; ++row) {
+      sum[row] = InFloat::masked_force(sum[row], stiffness[components * column + row], displacement[column]);
     }
   }
-  for (int row = 0; row < components; ++row) {
+  for (std::size_t row = 0; row < components; ++row) {
     force[row] = sum[row];
   }
-}
-
-void masked_forces(int components, const float* stiffness, const float* values, float* force) {
-  components == 8 ? forces_of_masked<8>(stiffness, values, force)
-                  : forces_of_masked<24>(stiffness, values, force);
 }
 
 void add(int count, const float* first, const float* second, float* sum) {
@@ -372,8 +338,18 @@ void add_column(int count, const float* column, float load, float* sums) {
 } // namespace
 
 const ElasticRows elastic_rows{
-    tensions,        forces,  volume_tensions, image_tensions,  uniform_tensions, volume_forces,
-    masked_forces,   add,     residual,        relax,           keep_free,        restrict_along,
-    restrict_across, correct, advance,         product_squares, square_sums,      add_column};
+    {all_cells<2, image_at>, nullptr, nullptr, of_matrix<2>, image_forces},
+    {all_cells<3, volume_at>, of_moduli, all_cells<3, uniform_at>, of_matrix<3>, volume_forces},
+    add,
+    residual,
+    relax,
+    keep_free,
+    restrict_along,
+    restrict_across,
+    correct,
+    advance,
+    product_squares,
+    square_sums,
+    add_column};
 
 } // namespace hdmbench::openmp::HDMBENCH_INSTRUCTION_SET

@@ -156,15 +156,14 @@ void LevelData::copy(const Level& level, int threads) {
 void LevelData::sample(const Level& level, const LevelData& full, Extent extent, Alignment alignment,
                        int threads) {
   prepare(level, extent);
-  const std::vector<int> columns = sampled_indices(extent.width, level.extent.width, alignment);
-  const std::vector<int> rows = sampled_indices(extent.height, level.extent.height, alignment);
-  const std::vector<int> slices = sampled_indices(extent.depth, level.extent.depth, alignment);
+  const SampledSites sites(level.extent, extent, alignment);
+  const std::vector<int>& columns = sites.axes[0];
   // Inside a tile whose kind is known from those that it samples nothing is read but at an unknown one beside
   // it.
   std::vector<char> known(kinds_.size());
   if (short_path_ && level.inputs.empty() && extent.axes() == 2) {
     for_each_tile(threads, [&](int row, int column, std::size_t tile) {
-      const auto found = full.kind_of(rows, columns, tiling_.rectangle(row, column));
+      const auto found = full.kind_of(sites.axes[1], columns, tiling_.rectangle(row, column));
       const bool at_border =
           row == 0 || column == 0 || row == tiling_.rows - 1 || column == tiling_.columns - 1;
       known[tile] = found && !at_border ? 1 : 0;
@@ -189,8 +188,7 @@ void LevelData::sample(const Level& level, const LevelData& full, Extent extent,
         known[at] == 0 ? arrays_.size() : RowPart::inverse_modulus + 1; // what is read from beside it
     for (std::size_t i = 0; i < count; ++i) {
       for (int y = tile.first_row; y < end && from[i] != nullptr; ++y) {
-        const float* const source = from[i] + level.extent.index(0, rows[static_cast<std::size_t>(y)],
-                                                                 slices[static_cast<std::size_t>(tile.z)]);
+        const float* const source = from[i] + sites.row(y, tile.z);
         float* const to = own_[i].data() + extent.index(0, y, tile.z);
         for (int x = tile.first; x < tile.last; ++x) {
           to[x] = source[columns[static_cast<std::size_t>(x)]];

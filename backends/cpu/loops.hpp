@@ -1,5 +1,7 @@
 #pragma once
 
+#include "kernels/specification/elastic/elastic.hpp"
+
 #include <cstddef>
 
 /// Loops that are compiled once per instruction set, but not per energy (ceiling_loops.cpp,
@@ -31,39 +33,46 @@ struct Response {
   const float* entry[6] = {};
 };
 
-/// A row of cells. Of an image the one west of the first site first and the one east of the last site last;
-/// of a volume those between sites only. Pointers are to the first cell, and to the site at its first corner.
-/// Of an image all is set: there are many rows, and most are short.
-template <int axes>
+/// A row of cells. Pointers are to the first cell, and to the site at its first corner. All that is read is
+/// set: there are many rows, and most are short.
+template <std::size_t axes>
 struct CellRow {
   /// As ElasticLevel::moments; of a volume's image four rows of moduli, as sites.
   const float* moments[axes == 2 ? 6 : 23];
-  ConstElasticRow sites[axes == 2 ? 2 : 4]; ///< displacements of the rows at its corners: y, then z
-  float nu;                                 ///< of an image
-  float shear;
-  float lame = 0; ///< of a volume
+  ConstElasticRow sites[2 << (axes - 2)]; ///< displacements of the rows at its corners: y, then z
+  ElasticInFloat::Ratios ratio;
   int cells;
-  /// Written. Of an image top, bottom, left, right, shear; of a volume the force on each corner, component by
-  /// component.
-  float* tension[axes == 2 ? 5 : 24];
+  /// Written: of an image the CellTension, of a volume the force on each corner, component by component.
+  float* made[axes == 2 ? 5 : 24];
 };
-using ImageCells = CellRow<2>;
-using VolumeCells = CellRow<3>;
+
+/// What is computed of rows of cells.
+template <std::size_t axes>
+struct CellRows {
+  /// CellRow::made of all cells by their moments; of a volume's image of cells first ... last - 1 by eight
+  /// moduli each, and of all as if each had the modulus of its first corner (null of an image).
+  void (*by_moments)(const CellRow<axes>& row);
+  void (*by_moduli)(const CellRow<axes>& row, int first, int last);
+  void (*by_one_modulus)(const CellRow<axes>& row);
+  /// The force of a masked cell from its matrix, column by column, and its displacements.
+  void (*by_matrix)(const float* stiffness, const float* displacement, float* force);
+  /// From CellRow::made, which is 0 before the first cell and after the last one, to the rows of sites.
+  void (*forces)(const CellRow<axes>& row, const ElasticRow* to);
+};
 
 /// Rows of the elastic energy.
 struct ElasticRows {
-  void (*tensions)(const ImageCells& row);
-  /// From the tensions of a row of cells: its forces on the sites above and on those below.
-  void (*forces)(const ImageCells& row, ElasticRow on_above, ElasticRow on_below);
-  /// The same of a volume: cells of coarse levels; of the image from `first` to `last` with eight moduli
-  /// each; all of the image as if each had the modulus of its first corner; forces on the four rows of sites,
-  /// the tensions before the first cell and after the last being 0.
-  void (*volume_tensions)(const VolumeCells& row);
-  void (*image_tensions)(const VolumeCells& row, int first, int last);
-  void (*uniform_tensions)(const VolumeCells& row);
-  void (*volume_forces)(const VolumeCells& row, const ElasticRow* on_rows);
-  /// From a masked cell's matrix, column by column, and its displacements, as many as rows.
-  void (*masked_forces)(int components, const float* stiffness, const float* values, float* force);
+  template <std::size_t axes>
+  [[nodiscard]] const CellRows<axes>& cells() const {
+    if constexpr (axes == 2) {
+      return of_image;
+    } else {
+      return of_volume;
+    }
+  }
+
+  CellRows<2> of_image;
+  CellRows<3> of_volume;
   void (*add)(int count, const float* first, const float* second, float* sum);
   /// residual = (from_north + from_south), with the load where there is one.
   void (*residual)(int sites, const float* load, const float* from_north, const float* from_south,

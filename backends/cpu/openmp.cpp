@@ -60,19 +60,15 @@ private:
 
   void do_write(const VectorField& displacement) override {
     Field& field = fields().current();
-    for_each_row([&](std::size_t at, std::size_t width) {
-      for (std::size_t axis = 0; axis < settings_.extent.axes(); ++axis) {
-        std::copy_n(displacement[axis].data() + at, width, field.components[axis].data() + at);
-      }
+    for_each_row([&](std::size_t axis, std::size_t at, std::size_t width) {
+      std::copy_n(displacement[axis].data() + at, width, field.components[axis].data() + at);
     });
     wake_all(full_);
   }
   void do_read(VectorField& displacement) override {
     const Field& field = fields().current();
-    for_each_row([&](std::size_t at, std::size_t width) {
-      for (std::size_t axis = 0; axis < settings_.extent.axes(); ++axis) {
-        std::copy_n(field.components[axis].data() + at, width, displacement[axis].data() + at);
-      }
+    for_each_row([&](std::size_t axis, std::size_t at, std::size_t width) {
+      std::copy_n(field.components[axis].data() + at, width, displacement[axis].data() + at);
     });
   }
   std::int64_t do_changed() override { return changed_; }
@@ -141,22 +137,22 @@ private:
                                        projection);
   }
 
-  /// call(index, width) for each row of the level.
+  /// call(axis, index, width) for each row of the components of the level.
   template <typename Call>
   void for_each_row(const Call& call) const {
     const Extent extent = settings_.extent;
 #pragma omp parallel for num_threads(useful_threads(extent)) schedule(static)
     for (int y = 0; y < extent.rows(); ++y) {
-      call(extent.index(0, y), static_cast<std::size_t>(extent.width));
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        call(axis, extent.index(0, y), static_cast<std::size_t>(extent.width));
+      }
     }
   }
 
   void fill_with_null() {
     Field& field = fields().current();
-    for_each_row([&](std::size_t at, std::size_t width) {
-      for (std::size_t axis = 0; axis < settings_.extent.axes(); ++axis) {
-        std::fill_n(field.components[axis].data() + at, width, 0.0F);
-      }
+    for_each_row([&](std::size_t axis, std::size_t at, std::size_t width) {
+      std::fill_n(field.components[axis].data() + at, width, 0.0F);
     });
   }
 

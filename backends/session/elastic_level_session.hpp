@@ -22,32 +22,6 @@ public:
   ElasticLevelSession(std::string name, std::unique_ptr<Owner> owner)
       : name_(std::move(name)), steps_(std::move(owner)) {}
 
-  void load(const ElasticHierarchy& hierarchy) override {
-    is_volume_ = hierarchy.levels.front().grid.axes() == 3;
-    if (is_volume_ && !Steps::has_volumes) {
-      throw DeviceError(name_ + ": has the elastic energy of images only, not of volumes; scalar, openmp, "
-                                "gl-compute, vulkan-compute and opencl have both");
-    }
-    std::int64_t most_coarse = 0;
-    on_device([&](Steps& steps) {
-      layout_ = ElasticLayout(hierarchy, Steps::block);
-      steps.load(hierarchy, layout_);
-      most_coarse = steps.coarse_size();
-    });
-    hierarchy_ = &hierarchy;
-    slots_.assign(hierarchy.levels.size(), initial_slots);
-    calls_.clear();
-    coarse_ = 1;
-    while (coarse_ < levels() && coarse_size() > most_coarse) {
-      ++coarse_;
-    }
-  }
-  void write(int level, ElasticField field, const VectorField& values) override {
-    on_device([&](Steps& steps) {
-      run_all(steps);
-      steps.write(array(level, field), values);
-    });
-  }
   void read(int level, ElasticField field, VectorField& values) const override {
     values = VectorField(part(array(level, field)).sites);
     on_device([&](Steps& steps) {
@@ -56,52 +30,61 @@ public:
     });
   }
 
-  void relax(int level, ElasticField field) override {
-    const bool has_load = field == ElasticField::correction;
-    replace(level, field,
-            {.step = ElasticStep::relax,
-             .has_load = has_load,
-             .is_image = is_volume_ && level == 0,
-             .has_masked = has_masked(level)},
-            array(level, field), array(level, has_load ? ElasticField::load : field));
-  }
-  void relax_from_zero(int level) override {
+  void take(const MethodStep& step) override {
+    const int level = step.level;
+    const bool is_image = level == 0;
+    const bool has_load = step.from == ElasticField::correction;
+    const ElasticArray from = array(level, step.from);
     const ElasticArray load = array(level, ElasticField::load);
-    replace(level, ElasticField::correction, {.step = ElasticStep::relax_from_zero}, load, load);
-  }
-  void forces(ElasticField of, ElasticField to) override {
-    replace(0, to, {.step = ElasticStep::residual, .is_image = true, .has_masked = has_masked(0)},
-            array(0, of), array(0, of));
-  }
-  void restrict_residual(int level, ElasticField of) override {
-    const bool has_load = of == ElasticField::correction;
-    const ElasticArray residual = spare(level);
-    run({.step = ElasticStep::residual,
-         .has_load = has_load,
-         .is_image = level == 0,
-         .has_masked = has_masked(level)},
-        array(level, of), array(level, has_load ? ElasticField::load : of), residual);
-    run({.step = ElasticStep::restrict_sites}, residual, residual, array(level + 1, ElasticField::load));
-  }
-  void restrict_load(int level) override {
-    const ElasticArray load = array(level, ElasticField::load);
-    run({.step = ElasticStep::restrict_sites, .is_image = is_volume_ || level == 0}, load, load,
-        array(level + 1, ElasticField::load));
-  }
-  void interpolate(int level) override {
-    replace(level, ElasticField::correction, {.step = ElasticStep::interpolate, .is_image = level == 0},
-            array(level, ElasticField::correction), array(level + 1, ElasticField::correction));
-  }
-  void correct(int level, ElasticField field) override {
-    replace(level, field, {.step = ElasticStep::correct, .is_image = level == 0}, array(level, field),
-            array(level + 1, ElasticField::correction));
-  }
-  void solve_coarsest() override {
-    const ElasticArray load = array(levels() - 1, ElasticField::load);
-    replace(levels() - 1, ElasticField::correction, {.step = ElasticStep::solve}, load, load);
-  }
-  void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) override {
-    replace(0, to, {.step = ElasticStep::advance}, array(0, value), array(0, direction), factor);
+    const auto correction = [&] { return array(level + 1, ElasticField::correction); };
+    switch (step.kind) {
+    case MethodStep::Kind::write:
+      on_device([&](Steps& steps) {
+        run_all(steps);
+        steps.write(array(level, step.to), *step.values);
+      });
+      break;
+    case MethodStep::Kind::relax:
+      replace(step,
+              {.step = ElasticStep::relax,
+               .has_load = has_load,
+               .is_image = is_volume_ && is_image,
+               .has_masked = has_masked(level)},
+              from, has_load ? load : from);
+      break;
+    case MethodStep::Kind::relax_from_zero:
+      replace(step, {.step = ElasticStep::relax_from_zero}, load, load);
+      break;
+    case MethodStep::Kind::forces:
+      replace(step, {.step = ElasticStep::residual, .is_image = true, .has_masked = has_masked(level)}, from,
+              from);
+      break;
+    case MethodStep::Kind::restrict_residual:
+      run({.step = ElasticStep::residual,
+           .has_load = has_load,
+           .is_image = is_image,
+           .has_masked = has_masked(level)},
+          from, has_load ? load : from, spare(level));
+      run({.step = ElasticStep::restrict_sites}, spare(level), spare(level),
+          array(level + 1, ElasticField::load));
+      break;
+    case MethodStep::Kind::restrict_load:
+      run({.step = ElasticStep::restrict_sites, .is_image = is_volume_ || is_image}, load, load,
+          array(level + 1, ElasticField::load));
+      break;
+    case MethodStep::Kind::interpolate:
+      replace(step, {.step = ElasticStep::interpolate, .is_image = is_image}, from, correction());
+      break;
+    case MethodStep::Kind::correct:
+      replace(step, {.step = ElasticStep::correct, .is_image = is_image}, from, correction());
+      break;
+    case MethodStep::Kind::solve_coarsest:
+      replace(step, {.step = ElasticStep::solve}, load, load);
+      break;
+    case MethodStep::Kind::advance:
+      replace(step, {.step = ElasticStep::advance}, from, array(level, step.direction));
+      break;
+    }
   }
 
   float dot(ElasticField first, ElasticField second) const override {
@@ -123,6 +106,25 @@ public:
   }
 
 private:
+  void do_load(const ElasticHierarchy& hierarchy) override {
+    is_volume_ = hierarchy.levels.front().grid.axes() == 3;
+    if (is_volume_ && !Steps::has_volumes) {
+      throw DeviceError(name_ + ": has the elastic energy of images only, not of volumes; scalar, openmp, "
+                                "gl-compute, vulkan-compute and opencl have both");
+    }
+    std::int64_t most_coarse = 0;
+    on_device([&](Steps& steps) {
+      layout_ = ElasticLayout(hierarchy, Steps::block);
+      steps.load(hierarchy, layout_);
+      most_coarse = steps.coarse_size();
+    });
+    slots_.assign(hierarchy.levels.size(), initial_slots);
+    calls_.clear();
+    coarse_ = 1;
+    while (coarse_ < levels() && coarse_size() > most_coarse) {
+      ++coarse_;
+    }
+  }
   /// The slot of each field, and the one to spare.
   using Slots = std::array<int, elastic_fields + 1>;
   static constexpr std::size_t spare_slot = elastic_fields;
@@ -144,16 +146,13 @@ private:
     return of.slot < elastic_slots ? layout_.levels[static_cast<std::size_t>(of.level)] : layout_.sums;
   }
   [[nodiscard]] int levels() const { return static_cast<int>(slots_.size()); }
-  [[nodiscard]] bool has_masked(int level) const {
-    return !hierarchy_->levels[static_cast<std::size_t>(level)].masked.empty();
-  }
+  [[nodiscard]] bool has_masked(int level) const { return !level_at(level).masked.empty(); }
 
-  /// field = what `kernel` makes of the arrays.
-  void replace(int level, ElasticField field, const ElasticKernel& kernel, ElasticArray from,
-               ElasticArray second, float factor = 0.0F) {
-    run(kernel, from, second, spare(level), factor);
-    Slots& here = slots_[static_cast<std::size_t>(level)];
-    std::swap(here[static_cast<std::size_t>(field)], here[spare_slot]);
+  /// What the step makes = what `kernel` makes of the arrays.
+  void replace(const MethodStep& step, const ElasticKernel& kernel, ElasticArray from, ElasticArray second) {
+    run(kernel, from, second, spare(step.level), step.factor);
+    Slots& here = slots_[static_cast<std::size_t>(step.level)];
+    std::swap(here[static_cast<std::size_t>(step.to)], here[spare_slot]);
   }
   void run(const ElasticKernel& kernel, ElasticArray from, ElasticArray second, ElasticArray to,
            float factor = 0.0F) const {
@@ -169,9 +168,9 @@ private:
                                       .pitch = static_cast<std::int32_t>(part.pitch),
                                       .layer = static_cast<std::int32_t>(part.layer)};
     };
-    const ElasticParameters parameters{.nu = hierarchy_->ratio.nu,
-                                       .shear = hierarchy_->ratio.shear,
-                                       .lame = hierarchy_->lame,
+    const ElasticParameters parameters{.nu = hierarchy().ratio.nu,
+                                       .shear = hierarchy().ratio.shear,
+                                       .lame = hierarchy().ratio.lame,
                                        .plane = static_cast<std::int32_t>(layout_.size),
                                        .moments_from = static_cast<std::int32_t>(layout_.moments_from()),
                                        .factor = factor,
@@ -216,9 +215,9 @@ private:
   }
   [[nodiscard]] ElasticTogether together(std::span<const ElasticCall> calls) const {
     const ElasticLayout::Part& finest = layout_.levels[static_cast<std::size_t>(coarse_)];
-    ElasticTogether coarse{.nu = hierarchy_->ratio.nu,
-                           .shear = hierarchy_->ratio.shear,
-                           .lame = hierarchy_->lame,
+    ElasticTogether coarse{.nu = hierarchy().ratio.nu,
+                           .shear = hierarchy().ratio.shear,
+                           .lame = hierarchy().ratio.lame,
                            .plane = static_cast<std::int32_t>(layout_.size),
                            .moments_from = static_cast<std::int32_t>(layout_.moments_from()),
                            .base = static_cast<std::int32_t>(coarse_base()),
@@ -237,7 +236,6 @@ private:
 
   std::string name_;
   mutable OnDevice<Owner, Steps> steps_;
-  const ElasticHierarchy* hierarchy_ = nullptr;
   ElasticLayout layout_;
   bool is_volume_ = false;
   std::vector<Slots> slots_;               ///< per level

@@ -86,10 +86,8 @@ public:
     const ElasticLayout::Part& part = part_of(to);
     std::vector<float> rows = region(part);
     for (std::size_t plane = 0; plane < planes(); ++plane) {
-      for_each_site(part, [&](std::size_t site, std::size_t at) {
-        for (std::size_t axis = plane; axis < plane + components(); ++axis) {
-          rows[floats() * at + axis - plane] = values[axis][site];
-        }
+      for_each_number(part, plane, [&](std::size_t axis, std::size_t site, std::size_t at) {
+        rows[at] = values[axis][site];
       });
       device_.write(slot(to), offset(part, plane), std::as_bytes(std::span(rows)));
     }
@@ -100,10 +98,8 @@ public:
     std::vector<float> rows = region(part);
     for (std::size_t plane = 0; plane < planes(); ++plane) {
       device_.read(slot(from), offset(part, plane), std::as_writable_bytes(std::span(rows)));
-      for_each_site(part, [&](std::size_t site, std::size_t at) {
-        for (std::size_t axis = plane; axis < plane + components(); ++axis) {
-          values[axis][site] = rows[floats() * at + axis - plane];
-        }
+      for_each_number(part, plane, [&](std::size_t axis, std::size_t site, std::size_t at) {
+        values[axis][site] = rows[at];
       });
     }
   }
@@ -162,16 +158,15 @@ private:
     const auto first = static_cast<std::size_t>(part.first) + plane * static_cast<std::size_t>(layout_.size);
     return first * floats() * sizeof(float);
   }
-  /// call(site in reading order, where it is in the region) for every site.
+  /// call(axis, site in reading order, where the number is in the region) for all of a plane of arrays.
   template <typename Call>
-  static void for_each_site(const ElasticLayout::Part& part, const Call& call) {
-    for (int z = 0; z < part.sites.depth; ++z) {
-      for (int y = 0; y < part.sites.height; ++y) {
-        for (int x = 0; x < part.sites.width; ++x) {
-          call(part.sites.index(x, y, z), static_cast<std::size_t>(z * part.layer + y * part.pitch + x));
-        }
+  void for_each_number(const ElasticLayout::Part& part, std::size_t plane, const Call& call) const {
+    for_each_site(part.sites, [&](int x, int y, int z) {
+      const auto at = floats() * static_cast<std::size_t>(z * part.layer + y * part.pitch + x);
+      for (std::size_t axis = plane; axis < plane + components(); ++axis) {
+        call(axis, part.sites.index(x, y, z), at + axis - plane);
       }
-    }
+    });
   }
 
   /// What does not change: of sites and cells in arrays of the layout, and lists.

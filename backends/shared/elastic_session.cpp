@@ -1,6 +1,15 @@
 #include "backends/shared/elastic_session.hpp"
 
+#include <array>
+
 namespace hdmbench {
+
+std::string_view MethodStep::name() const {
+  constexpr std::array<std::string_view, 10> names{
+      "write",         "sweep",      "sweep from zero",   "forces", "restricted residual", "restricted load",
+      "interpolation", "correction", "coarsest solution", "advance"};
+  return names.at(static_cast<std::size_t>(kind));
+}
 
 ScalarField ElasticSession::dot_squares(ElasticField first, ElasticField second, int height) const {
   VectorField a;
@@ -30,15 +39,11 @@ ScalarField square_sums(const ScalarField& sums, std::size_t axes) {
                                       value(x + 1, y + 1, z));
   };
   ScalarField next(Extent{(extent.width + 1) / 2, (extent.height + 1) / 2, (extent.depth + 1) / 2});
-  for (int z = 0; z < next.extent.depth; ++z) {
-    for (int y = 0; y < next.extent.height; ++y) {
-      for (int x = 0; x < next.extent.width; ++x) {
-        const float near = square(2 * x, 2 * y, 2 * z);
-        next.values[next.extent.index(x, y, z)] =
-            axes == 2 ? near : ElasticInFloat::corrected_by_one(near, square(2 * x, 2 * y, 2 * z + 1));
-      }
-    }
-  }
+  for_each_site(next.extent, [&](int x, int y, int z) {
+    const float near = square(2 * x, 2 * y, 2 * z);
+    next.values[next.extent.index(x, y, z)] =
+        axes == 2 ? near : ElasticInFloat::corrected_by_one(near, square(2 * x, 2 * y, 2 * z + 1));
+  });
   return next;
 }
 

@@ -4,6 +4,8 @@
 #include "kernels/data/elastic/hierarchy.hpp"
 #include "kernels/data/field.hpp"
 
+#include <string_view>
+
 namespace hdmbench {
 
 /// What a session keeps, the components of every site of a level.
@@ -21,40 +23,93 @@ inline constexpr std::size_t elastic_fields = 5;
   return level == 0 || field == ElasticField::correction || field == ElasticField::load;
 }
 
+/// A step of a method as a value, which any session can take: the arguments of the call of ElasticSession
+/// that has its name.
+struct MethodStep {
+  enum class Kind {
+    write,
+    relax,
+    relax_from_zero,
+    forces,
+    restrict_residual,
+    restrict_load,
+    interpolate,
+    correct,
+    solve_coarsest,
+    advance
+  };
+
+  [[nodiscard]] bool restricts() const {
+    return kind == Kind::restrict_residual || kind == Kind::restrict_load;
+  }
+  /// The level of what it makes.
+  [[nodiscard]] int made_on() const { return restricts() ? level + 1 : level; }
+  /// For people.
+  [[nodiscard]] std::string_view name() const;
+
+  Kind kind{};
+  int level = 0;                       ///< that it works on
+  ElasticField to{};                   ///< what it makes
+  ElasticField from = to;              ///< what it begins with, but for load and corrections
+  ElasticField direction{};            ///< of advance
+  float factor = 0.0F;                 ///< of advance
+  const VectorField* values = nullptr; ///< of write
+};
+
 /// Computes with the elastic energy: one step of a method at a time, in the arithmetic and the order of
 /// kernels/specification/elastic. Levels are numbered as in the hierarchy. Fields stay where they are
 /// computed, but for write() and read(); a field is 0 until it is written or computed. Not thread-safe.
 class ElasticSession : public Interface {
+  using Kind = MethodStep::Kind;
+
 public:
   /// Makes room for the fields. `hierarchy` must stay as it is until the next load(); it may be read in
   /// place.
-  virtual void load(const ElasticHierarchy& hierarchy) = 0;
+  void load(const ElasticHierarchy& hierarchy) {
+    hierarchy_ = &hierarchy;
+    do_load(hierarchy);
+  }
+  virtual void take(const MethodStep& step) = 0;
 
   /// Values of the level's extent.
-  virtual void write(int level, ElasticField field, const VectorField& values) = 0;
+  void write(int level, ElasticField field, const VectorField& values) {
+    take({.kind = Kind::write, .level = level, .to = field, .values = &values});
+  }
   virtual void read(int level, ElasticField field, VectorField& values) const = 0;
 
   /// One damped Jacobi sweep over all sites at once: displacement (without a load) or correction (with the
   /// level's load). Prescribed components stay.
-  virtual void relax(int level, ElasticField field) = 0;
+  void relax(int level, ElasticField field) { take({.kind = Kind::relax, .level = level, .to = field}); }
   /// The same for a correction that is 0 before.
-  virtual void relax_from_zero(int level) = 0;
+  void relax_from_zero(int level) {
+    take({.kind = Kind::relax_from_zero, .level = level, .to = ElasticField::correction});
+  }
   /// On the image: the forces that `of` leaves on components that may move, 0 on the others; no load is
   /// added. `to` is another field.
-  virtual void forces(ElasticField of, ElasticField to) = 0;
+  void forces(ElasticField of, ElasticField to) { take({.kind = Kind::forces, .to = to, .from = of}); }
   /// load of level + 1 = restricted residual of `of`, displacement or correction, on `level`.
-  virtual void restrict_residual(int level, ElasticField of) = 0;
+  void restrict_residual(int level, ElasticField of) {
+    take({.kind = Kind::restrict_residual, .level = level, .to = ElasticField::load, .from = of});
+  }
   /// load of level + 1 = restricted load of `level`.
-  virtual void restrict_load(int level) = 0;
+  void restrict_load(int level) {
+    take({.kind = Kind::restrict_load, .level = level, .to = ElasticField::load});
+  }
   /// correction of `level` = interpolated correction of level + 1, 0 where prescribed.
-  virtual void interpolate(int level) = 0;
+  void interpolate(int level) {
+    take({.kind = Kind::interpolate, .level = level, .to = ElasticField::correction});
+  }
   /// The same added to `field`, displacement or correction.
-  virtual void correct(int level, ElasticField field) = 0;
+  void correct(int level, ElasticField field) { take({.kind = Kind::correct, .level = level, .to = field}); }
   /// correction of the coarsest level = coarsest_inverse times its load.
-  virtual void solve_coarsest() = 0;
+  void solve_coarsest() {
+    take({.kind = Kind::solve_coarsest, .level = coarsest(), .to = ElasticField::correction});
+  }
 
   /// On the image: to = value + factor * direction, any of which may be the same field.
-  virtual void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) = 0;
+  void advance(ElasticField to, ElasticField value, float factor, ElasticField direction) {
+    take({.kind = Kind::advance, .to = to, .from = value, .direction = direction, .factor = factor});
+  }
   /// On the image: the sum over all components of first * second, by a tree of 2 x 2 squares, in a volume
   /// of 2 x 2 x 2 cubes (site.inc).
   [[nodiscard]] virtual float dot(ElasticField first, ElasticField second) const = 0;
@@ -62,6 +117,20 @@ public:
   /// The level of the tree of dot() whose squares have 2^height sites a side: for who has a part of an image
   /// here. As long as a session has no better way, whole fields are read.
   [[nodiscard]] virtual ScalarField dot_squares(ElasticField first, ElasticField second, int height) const;
+
+protected:
+  /// The one that was loaded last.
+  [[nodiscard]] const ElasticHierarchy& hierarchy() const { return *hierarchy_; }
+  [[nodiscard]] const ElasticLevel& level_at(int level) const {
+    return hierarchy_->levels.at(static_cast<std::size_t>(level));
+  }
+  [[nodiscard]] const RingedGrid& grid(int level) const { return level_at(level).grid; }
+  [[nodiscard]] int coarsest() const { return static_cast<int>(hierarchy_->levels.size()) - 1; }
+
+private:
+  virtual void do_load(const ElasticHierarchy& hierarchy) = 0;
+
+  const ElasticHierarchy* hierarchy_ = nullptr;
 };
 
 /// The next level of the tree: sums of 2 x 2, of a volume's of 2 x 2 x 2.

@@ -10,11 +10,8 @@ namespace {
 /// A level that samples another one, in boxes.
 class SampledBoxes {
 public:
-  SampledBoxes(const Level& full, Extent extent, Alignment alignment) : full_(full), extent_(extent) {
-    for (std::size_t axis = 0; axis < sampled_.size(); ++axis) {
-      sampled_[axis] = sampled_indices(extent.sides()[axis], full.extent.sides()[axis], alignment);
-    }
-  }
+  SampledBoxes(const Level& full, Extent extent, Alignment alignment)
+      : full_(full), extent_(extent), sampled_(full.extent, extent, alignment) {}
 
   /// The class of the box, of those in use. Sites are read only where they can make a difference.
   [[nodiscard]] std::size_t class_of(const Box& box, std::size_t classes) const {
@@ -31,8 +28,7 @@ public:
       known |= any_other(full_.confidence[axis], box, 0.0F) ? observed_bit : 0;
     }
     if (in_use(0) != in_use(elastic_bit)) {
-      const std::size_t site =
-          full_.extent.index(sampled(0, box.first[0]), sampled(1, box.first[1]), sampled(2, box.first[2]));
+      const std::size_t site = sampled_.index(box.first[0], box.first[1], box.first[2]);
       const float modulus = full_.modulus.values[site];
       const float inverse = full_.inverse_modulus.values[site];
       const bool plain = modulus * inverse == 1.0F && !any_other(full_.modulus.values, box, modulus) &&
@@ -43,15 +39,12 @@ public:
   }
 
 private:
-  [[nodiscard]] int sampled(std::size_t axis, int site) const {
-    return sampled_[axis][static_cast<std::size_t>(site)];
-  }
   [[nodiscard]] bool any_other(const std::vector<float>& values, const Box& box, float value) const {
     return box.has_row([&](int first, int end, int y, int z) {
-      const float* row = values.data() + full_.extent.index(0, sampled(1, y), sampled(2, z));
+      const float* row = values.data() + sampled_.row(y, z);
       int differing = 0; // no branch per site
       for (const int x :
-           std::span(sampled_[0])
+           std::span(sampled_.axes[0])
                .subspan(static_cast<std::size_t>(first), static_cast<std::size_t>(end - first))) {
         differing |= static_cast<int>(row[x] != value);
       }
@@ -61,7 +54,7 @@ private:
 
   const Level& full_;
   Extent extent_;
-  std::array<std::vector<int>, 3> sampled_; ///< which sites of `full` are sampled, by axis
+  SampledSites sampled_;
 };
 
 std::array<std::uint32_t, class_count> counts_of(const std::vector<std::uint8_t>& classes) {

@@ -1,4 +1,5 @@
-#include "harness/check/elastic_step.hpp"
+#include "backends/cpu/elastic_answers.hpp"
+#include "harness/check/bounded_real.hpp"
 #include "harness/check/follower.hpp"
 #include "harness/solve/methods/elastic.hpp"
 
@@ -11,7 +12,8 @@ namespace hdmbench {
 
 namespace {
 
-using Bounded = BoundedElastic;
+/// What a session makes of a site, each number with a bound of its rounding error.
+using Bounded = ElasticAnswers<bounded::real>;
 
 /// One backend in one mode.
 struct Follower {
@@ -27,24 +29,32 @@ double gap_over_bound(const bounded::real& expected, float found) {
 
 /// The reference, led by a method, and those that follow it. Fields of a hierarchy are compared as they are
 /// made, so that all sessions have the reference's before every step.
-class ElasticReferenceRun final : public SteppedElasticSession {
+class ElasticReferenceRun final : public ElasticSession {
 public:
   ElasticReferenceRun(ElasticSession& reference, std::span<Follower> followers)
       : reference_(reference), followers_(followers) {}
 
-  void load(const ElasticHierarchy& hierarchy) override {
-    hierarchy_ = &hierarchy;
-    reference_.load(hierarchy);
+  void take(const MethodStep& step) override {
+    VectorField before;
+    VectorField expected;
+    reference_.read(step.made_on(), step.to, before);
+    reference_.take(step);
+    reference_.read(step.made_on(), step.to, expected);
+    ++steps_;
     each_present(followers_, [&](Follower& follower) {
-      try {
-        follower.session->load(hierarchy);
-        follower.comparison.levels = static_cast<int>(hierarchy.levels.size());
-      } catch (const TooLarge& error) {
-        follower.session.reset();
-        follower.comparison.reason = error.what();
+      VectorField found;
+      follower.session->take(step);
+      follower.session->read(step.made_on(), step.to, found);
+      const FieldDifference difference = compare(expected, found);
+      ++follower.comparison.sweeps;
+      count_field(follower.comparison, expected, difference);
+      if (difference.sites > 0) {
+        judge(step, before, expected, found, follower.comparison);
+        follower.session->write(step.made_on(), step.to, expected);
       }
     });
   }
+
   void read(int level, ElasticField field, VectorField& values) const override {
     reference_.read(level, field, values);
   }
@@ -57,7 +67,7 @@ public:
         return;
       }
       const ElasticFields fields = fields_now();
-      const double gap = gap_over_bound(Bounded(*hierarchy_, fields).dot(first, second), found);
+      const double gap = gap_over_bound(Bounded(hierarchy(), fields).dot(first, second), found);
       if (!(gap <= 1.0)) {
         ++comparison.counts_differing;
       } else {
@@ -72,12 +82,25 @@ public:
   [[nodiscard]] std::int64_t steps() const { return steps_; }
 
 private:
+  void do_load(const ElasticHierarchy& hierarchy) override {
+    reference_.load(hierarchy);
+    each_present(followers_, [&](Follower& follower) {
+      try {
+        follower.session->load(hierarchy);
+        follower.comparison.levels = static_cast<int>(hierarchy.levels.size());
+      } catch (const TooLarge& error) {
+        follower.session.reset();
+        follower.comparison.reason = error.what();
+      }
+    });
+  }
+
   /// All of the reference.
   [[nodiscard]] ElasticFields fields_now() const {
     ElasticFields fields;
-    fields.load(*hierarchy_);
+    fields.load(hierarchy());
     VectorField values;
-    for (int level = 0; level < static_cast<int>(hierarchy_->levels.size()); ++level) {
+    for (int level = 0; level < static_cast<int>(hierarchy().levels.size()); ++level) {
       for (std::size_t i = 0; i < elastic_fields; ++i) {
         const auto field = static_cast<ElasticField>(i);
         if (has_field(level, field)) {
@@ -89,50 +112,27 @@ private:
     return fields;
   }
 
-  [[nodiscard]] int coarsest() const override { return static_cast<int>(hierarchy_->levels.size()) - 1; }
-
-  void take(const ElasticStep& step) override {
-    VectorField before;
-    VectorField expected;
-    reference_.read(step.level, step.field, before);
-    step.take(reference_);
-    reference_.read(step.level, step.field, expected);
-    ++steps_;
-    each_present(followers_, [&](Follower& follower) {
-      VectorField found;
-      step.take(*follower.session);
-      follower.session->read(step.level, step.field, found);
-      const FieldDifference difference = compare(expected, found);
-      ++follower.comparison.sweeps;
-      count_field(follower.comparison, expected, difference);
-      if (difference.sites > 0) {
-        judge(step, before, expected, found, follower.comparison);
-        follower.session->write(step.level, step.field, expected);
-      }
-    });
-  }
-
-  void judge(const ElasticStep& step, const VectorField& before, const VectorField& expected,
+  void judge(const MethodStep& step, const VectorField& before, const VectorField& expected,
              const VectorField& found, Comparison& comparison) const {
     ElasticFields fields = fields_now();
-    fields.write(step.level, step.field, before);
-    const Bounded of(*hierarchy_, fields);
-    judge_step(comparison, expected, found,
-               {.level = step.level, .iteration = static_cast<int>(steps_), .step = std::string(step.name)},
-               [&](int x, int y, int z) {
-                 const std::size_t site = found.extent.index(x, y, z);
-                 const Bounded::Answer answer = step.answer(of, x, y, z);
-                 double gap = 0.0;
-                 for (std::size_t axis = 0; axis < found.extent.axes(); ++axis) {
-                   gap = std::max(gap, gap_over_bound(answer[axis], found[axis][site]));
-                 }
-                 return Certificate{.holds = gap <= 1.0 && is_finite(found, site), .gap_over_bound = gap};
-               });
+    fields.write(step.made_on(), step.to, before);
+    const Bounded of(hierarchy(), fields);
+    judge_step(
+        comparison, expected, found,
+        {.level = step.made_on(), .iteration = static_cast<int>(steps_), .step = std::string(step.name())},
+        [&](int x, int y, int z) {
+          const std::size_t site = found.extent.index(x, y, z);
+          const Bounded::Answer answer = of.of(step, x, y, z);
+          double gap = 0.0;
+          for (std::size_t axis = 0; axis < found.extent.axes(); ++axis) {
+            gap = std::max(gap, gap_over_bound(answer[axis], found[axis][site]));
+          }
+          return Certificate{.holds = gap <= 1.0 && is_finite(found, site), .gap_over_bound = gap};
+        });
   }
 
   ElasticSession& reference_;
   std::span<Follower> followers_;
-  const ElasticHierarchy* hierarchy_ = nullptr;
   std::int64_t steps_ = 0;
 };
 

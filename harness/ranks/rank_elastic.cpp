@@ -1,6 +1,5 @@
 #include "harness/ranks/rank_backend.hpp"
 
-#include "harness/check/elastic_step.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <algorithm>
@@ -60,7 +59,34 @@ ElasticHierarchy without_levels(const ElasticHierarchy& hierarchy) {
   return {.ratio = hierarchy.ratio, .lame = hierarchy.lame, .levels = {}, .coarsest_inverse = {}};
 }
 
-class RankElasticSession final : public SteppedElasticSession {
+/// A field that a step reads up to `reach` sites around each site of its level.
+struct Read {
+  ElasticField field;
+  int reach;
+};
+
+/// In the order in which they are wanted, without the corrections of the next level.
+std::vector<Read> reads_of(const MethodStep& step) {
+  switch (step.kind) {
+  case MethodStep::Kind::relax:
+  case MethodStep::Kind::restrict_residual:
+    return step.from == ElasticField::correction ? std::vector<Read>{{step.from, 1}, {ElasticField::load, 0}}
+                                                 : std::vector<Read>{{step.from, 1}};
+  case MethodStep::Kind::forces:
+    return {{step.from, 1}};
+  case MethodStep::Kind::relax_from_zero:
+  case MethodStep::Kind::restrict_load:
+    return {{ElasticField::load, 0}};
+  case MethodStep::Kind::correct:
+    return {{step.from, 0}};
+  case MethodStep::Kind::advance:
+    return {{step.from, 0}, {step.direction, 0}};
+  default:
+    return {};
+  }
+}
+
+class RankElasticSession final : public ElasticSession {
 public:
   using Open = std::function<std::unique_ptr<ElasticSession>()>;
 
@@ -68,7 +94,82 @@ public:
       : ranks_(ranks), rank_(static_cast<std::size_t>(ranks.rank())), sharing_(sharing), fault_(fault),
         halos_(ranks, fault, rank_), open_(std::move(open)) {}
 
-  void load(const ElasticHierarchy& hierarchy) override {
+  /// Renews the halos that the step needs, and notes how far what it makes is right beyond what is owned. A
+  /// coarse site takes what is around a fine one, so restricting wants one site more.
+  void take(const MethodStep& step) override {
+    if (step.kind == MethodStep::Kind::write) {
+      write_piece(step);
+      return;
+    }
+    const bool is_cut = share_.is_cut(step.level);
+    const int more = step.restricts() ? 1 : 0;
+    int right = is_cut ? halo(step.level) - more : 0;
+    if (is_cut && (step.kind == MethodStep::Kind::interpolate || step.kind == MethodStep::Kind::correct)) {
+      right = bring_correction(step.level);
+    }
+    for (const Read& read : reads_of(step)) {
+      if (is_cut) {
+        want(step.level, read.field, read.reach + more);
+        right = std::min(right, valid(step.level, read.field) - read.reach);
+      }
+    }
+    compute(step.level, [&](ElasticSession& session) { session.take(step); });
+    if (share_.is_cut(step.made_on())) {
+      valid(step.made_on(), step.to) = more > 0 ? (right - 1) / 2 : right;
+    } else if (is_cut) {
+      send_load();
+    }
+  }
+
+  void read(int level, ElasticField field, VectorField& values) const override {
+    const std::vector<Box> held =
+        share_.is_cut(level) ? share_.share(level).owned : all_on_first(sites(level), ranks_.size());
+    VectorField own(held[rank_].extent());
+    if (share_.is_cut(level)) {
+      own = owned(level, field);
+    } else {
+      on(coarse_.get(), [&](const ElasticSession& coarse) { coarse.read(level, field, own); });
+    }
+    values = redistribute(ranks_, rank_, held, all_on_each(sites(level), ranks_.size()), own);
+  }
+
+  /// The tree of one rank: its squares, or cubes, of 2^cut_levels sites a side lie within pieces, and the first rank
+  /// adds up the rest.
+  [[nodiscard]] float dot(ElasticField first, ElasticField second) const override {
+    const int height = share_.cut_levels();
+    float sum = 0.0F;
+    if (height == 0) {
+      on(coarse_.get(), [&](const ElasticSession& coarse) { sum = coarse.dot(first, second); });
+      return value_of_first(sum);
+    }
+    const auto squares = [&](const Box& part) {
+      const auto up = [&](int side) { return (side + (1 << height) - 1) >> height; };
+      Box result;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        result.first[axis] = part.first[axis] >> height;
+        result.end[axis] = up(part.end[axis]);
+      }
+      return result;
+    };
+    std::vector<Box> held;
+    std::ranges::transform(share_.image().owned, std::back_inserter(held), squares);
+    const Extent all = squares(all_of(sites(0))).extent();
+    ScalarField own;
+    on(piece_.get(), [&](const ElasticSession& piece) {
+      own = hdmbench::part_of(piece.dot_squares(first, second, height),
+                              squares(in_piece(0, share_.image().owned[rank_])));
+    });
+    ScalarField sums;
+    sums.extent = all;
+    sums.values = redistribute(halos_, rank_, held, all_on_first(all, ranks_.size()), own.values);
+    while (ranks_.is_first() && sums.extent.sites() > 1) {
+      sums = square_sums(sums, sites(0).axes());
+    }
+    return value_of_first(ranks_.is_first() ? sums.values.front() : 0.0F);
+  }
+
+private:
+  void do_load(const ElasticHierarchy& hierarchy) override {
     std::vector<Extent> levels;
     std::ranges::transform(hierarchy.levels, std::back_inserter(levels),
                            [](const ElasticLevel& level) { return level.grid.sites; });
@@ -116,87 +217,16 @@ public:
     }
   }
 
-  void write(int level, ElasticField field, const VectorField& values) override {
-    if (share_.is_cut(level)) {
-      valid(level, field) = halo(level);
+  void write_piece(const MethodStep& step) {
+    const bool is_cut = share_.is_cut(step.level);
+    if (is_cut) {
+      valid(step.level, step.to) = halo(step.level);
     }
-    compute(level, [&](ElasticSession& session) {
-      session.write(level, field,
-                    share_.is_cut(level) ? hdmbench::part_of(values, share_.share(level).loaded[rank_])
-                                         : values);
+    compute(step.level, [&](ElasticSession& session) {
+      session.write(step.level, step.to,
+                    is_cut ? hdmbench::part_of(*step.values, share_.share(step.level).loaded[rank_])
+                           : *step.values);
     });
-  }
-
-  void read(int level, ElasticField field, VectorField& values) const override {
-    const std::vector<Box> held =
-        share_.is_cut(level) ? share_.share(level).owned : all_on_first(sites(level), ranks_.size());
-    VectorField own(held[rank_].extent());
-    if (share_.is_cut(level)) {
-      own = owned(level, field);
-    } else {
-      on(coarse_.get(), [&](const ElasticSession& coarse) { coarse.read(level, field, own); });
-    }
-    values = redistribute(ranks_, rank_, held, all_on_each(sites(level), ranks_.size()), own);
-  }
-
-  /// The tree of one rank: its squares, or cubes, of 2^cut_levels sites a side lie within pieces, and the
-  /// first rank adds up the rest.
-  [[nodiscard]] float dot(ElasticField first, ElasticField second) const override {
-    const int height = share_.cut_levels();
-    float sum = 0.0F;
-    if (height == 0) {
-      on(coarse_.get(), [&](const ElasticSession& coarse) { sum = coarse.dot(first, second); });
-      return value_of_first(sum);
-    }
-    const auto squares = [&](const Box& part) {
-      const auto up = [&](int side) { return (side + (1 << height) - 1) >> height; };
-      Box result;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        result.first[axis] = part.first[axis] >> height;
-        result.end[axis] = up(part.end[axis]);
-      }
-      return result;
-    };
-    std::vector<Box> held;
-    std::ranges::transform(share_.image().owned, std::back_inserter(held), squares);
-    const Extent all = squares(all_of(sites(0))).extent();
-    ScalarField own;
-    on(piece_.get(), [&](const ElasticSession& piece) {
-      own = hdmbench::part_of(piece.dot_squares(first, second, height),
-                              squares(in_piece(0, share_.image().owned[rank_])));
-    });
-    ScalarField sums;
-    sums.extent = all;
-    sums.values = redistribute(halos_, rank_, held, all_on_first(all, ranks_.size()), own.values);
-    while (ranks_.is_first() && sums.extent.sites() > 1) {
-      sums = square_sums(sums, sites(0).axes());
-    }
-    return value_of_first(ranks_.is_first() ? sums.values.front() : 0.0F);
-  }
-
-private:
-  [[nodiscard]] int coarsest() const override { return static_cast<int>(share_.levels.size()) - 1; }
-  /// Renews the halos that the step needs, and notes how far what it makes is right beyond what is owned. A
-  /// coarse site takes what is around a fine one, so restricting wants one site more.
-  void take(const ElasticStep& step) override {
-    const bool is_cut = share_.is_cut(step.at);
-    const int more = step.level > step.at ? 1 : 0;
-    int right = is_cut ? halo(step.at) - more : 0;
-    if (is_cut && step.interpolates) {
-      right = bring_correction(step.at);
-    }
-    for (const ElasticStep::Read& read : step.reads) {
-      if (is_cut) {
-        want(step.at, read.field, read.reach + more);
-        right = std::min(right, valid(step.at, read.field) - read.reach);
-      }
-    }
-    compute(step.at, step.take);
-    if (share_.is_cut(step.level)) {
-      valid(step.level, step.field) = more > 0 ? (right - 1) / 2 : right;
-    } else if (is_cut) {
-      send_load();
-    }
   }
 
   /// How far beyond what a rank owns a field of a level is right, in sites.

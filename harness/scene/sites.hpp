@@ -3,7 +3,6 @@
 #include "kernels/data/field.hpp"
 
 #include <cmath>
-#include <concepts>
 #include <cstddef>
 #include <vector>
 
@@ -14,23 +13,6 @@ struct LabelField {
   Extent extent;
   std::vector<int> values;
 };
-
-/// call(x, y) for every site of an image, row by row; call(x, y, z) also for those of a volume, slice by
-/// slice.
-template <typename Call>
-void for_each_site(Extent extent, const Call& call) {
-  for (int z = 0; z < extent.depth; ++z) {
-    for (int y = 0; y < extent.height; ++y) {
-      for (int x = 0; x < extent.width; ++x) {
-        if constexpr (std::invocable<const Call&, int, int, int>) {
-          call(x, y, z);
-        } else {
-          call(x, y);
-        }
-      }
-    }
-  }
-}
 
 /// The length of the vector at a site.
 [[nodiscard]] inline double length_at(const VectorField& field, std::size_t site) {

@@ -26,8 +26,19 @@ constexpr Alignment alignment = Alignment::corner;
 struct Imposed {
   double squares = 0.0;             ///< of the gaps, pixels^2
   std::size_t count = 0;            ///< components
-  float largest_unknown_gap = 0.0F; ///< pixels
+  float largest_unknown_gap = 0.0F; ///< pixels: where none of the four coarse sites around is observed
   bool has_springs = false;         ///< a confidence is below 1
+
+  void add(const Imposed& other) {
+    squares += other.squares;
+    count += other.count;
+    largest_unknown_gap = std::max(largest_unknown_gap, other.largest_unknown_gap);
+    has_springs = has_springs || other.has_springs;
+  }
+  /// RMS over sites, pixels: two components a site.
+  [[nodiscard]] double gap() const {
+    return count == 0 ? 0.0 : std::sqrt(2.0 * squares / static_cast<double>(count));
+  }
 };
 
 /// The pixels of an axis that a sampled site stands for: first ... last, of the outer two a part only.
@@ -157,10 +168,8 @@ Extent sampled_extent(Extent full, int stride) {
 
 /// A coarse displacement on the full image.
 struct Interpolated {
-  VectorField field;                ///< pixels; components with a confidence above 0 are on their targets
-  double gap = 0.0;                 ///< pixels: RMS of the way of those components to their targets
-  double largest_unknown_gap = 0.0; ///< of those with no observed component at the four coarse sites around
-  bool has_springs = false;         ///< such a component has a confidence below 1
+  VectorField field; ///< pixels; components with a confidence above 0 are on their targets
+  Imposed imposed;
 };
 
 /// `sampled`: the conditions that the coarse displacement knew.
@@ -209,18 +218,9 @@ Interpolated interpolate_to_image(const VectorField& coarse, const Level& sample
       }
     }
   }
-  Imposed imposed;
   for (const Imposed& row : of_rows) {
-    imposed.squares += row.squares;
-    imposed.count += row.count;
-    imposed.largest_unknown_gap = std::max(imposed.largest_unknown_gap, row.largest_unknown_gap);
-    imposed.has_springs = imposed.has_springs || row.has_springs;
+    result.imposed.add(row);
   }
-  if (imposed.count > 0) {
-    result.gap = std::sqrt(2.0 * imposed.squares / static_cast<double>(imposed.count)); // two a site
-  }
-  result.largest_unknown_gap = static_cast<double>(imposed.largest_unknown_gap);
-  result.has_springs = imposed.has_springs;
   return result;
 }
 
@@ -437,9 +437,6 @@ private:
     return solver.displacement();
   }
 
-  /// Of sites, from that of components, pixels.
-  static double distance_of(const ElasticSolver::Step& step) { return step.change; }
-
   [[nodiscard]] bool has_time_for(double seconds) const {
     return !request_.seconds || clock_.seconds() + seconds <= *request_.seconds;
   }
@@ -452,12 +449,13 @@ private:
   bool take_interpolation(const Sampled& sampled, double error, bool no_time) {
     require_held(scene_.full);
     Interpolated interpolated = interpolate_to_image(sampled.field, sampled.level, scene_.full);
-    if (interpolated.has_springs) {
+    if (interpolated.imposed.has_springs) {
       return false;
     }
     // Beside an outline the cells' size is in both; a condition between the sites is news, but only around
     // it.
-    const double in_all = std::hypot(error, 0.5 * interpolated.gap, 0.25 * interpolated.largest_unknown_gap);
+    const double in_all = std::hypot(error, 0.5 * interpolated.imposed.gap(),
+                                     0.25 * static_cast<double>(interpolated.imposed.largest_unknown_gap));
     if (!no_time && !is_accurate(in_all)) {
       return false;
     }
@@ -498,14 +496,13 @@ private:
         note(scene_.extent(), "end", at_rest ? "what is left is rounding" : mistrust_, 0.0, unknown);
         break;
       }
-      const double moved = distance_of(step);
-      error.add(moved);
+      error.add(step.change);
       last = clock_.seconds() - before;
       note(scene_.extent(), "gradients",
            i == 0              ? std::string("says how far full multigrid was from the end")
            : request_.accuracy ? fmt::format("{:.3g} px are asked for", *request_.accuracy)
                                : std::string("there is time left"),
-           moved, error.estimate());
+           step.change, error.estimate());
     }
     solver.settle(scene_.full, free_motions(scene_.full));
     plan_.solution.displacement = solver.displacement();

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <compare>
+#include <concepts>
 #include <cstddef>
 #include <string>
 #include <string_view>
@@ -47,6 +48,23 @@ struct Extent {
   }
   auto operator<=>(const Extent&) const = default;
 };
+
+/// call(x, y) for every site of an image, row by row; call(x, y, z) also for those of a volume, slice by
+/// slice.
+template <typename Call>
+void for_each_site(Extent extent, const Call& call) {
+  for (int z = 0; z < extent.depth; ++z) {
+    for (int y = 0; y < extent.height; ++y) {
+      for (int x = 0; x < extent.width; ++x) {
+        if constexpr (std::invocable<const Call&, int, int, int>) {
+          call(x, y, z);
+        } else {
+          call(x, y);
+        }
+      }
+    }
+  }
+}
 
 /// Below this many sites threads cost more than they bring.
 inline constexpr std::size_t sites_worth_threads = std::size_t{1} << 15;

@@ -25,32 +25,19 @@ std::vector<int> axis_sizes(int n, int least) {
   return sizes;
 }
 
-/// Copies the sites that `extent` samples from a planar array of `full`.
-class Sampler {
-public:
-  Sampler(Extent full, Extent extent, Alignment alignment)
-      : full_(full), columns_(sampled_indices(extent.width, full.width, alignment)),
-        rows_(sampled_indices(extent.height, full.height, alignment)),
-        slices_(sampled_indices(extent.depth, full.depth, alignment)) {}
-
-  void operator()(const std::vector<float>& from, std::vector<float>& to) const {
-    const std::size_t width = columns_.size();
+/// Copies them from a planar array.
+void sample(const SampledSites& sites, const std::vector<float>& from, std::vector<float>& to) {
+  const std::vector<int>& columns = sites.axes[0];
+  const auto rows = static_cast<int>(sites.axes[1].size());
 #pragma omp parallel for if (to.size() > sites_worth_threads)
-    for (std::size_t y = 0; y < rows_.size() * slices_.size(); ++y) {
-      const float* row = from.data() + full_.index(0, rows_[y % rows_.size()], slices_[y / rows_.size()]);
-      float* next = to.data() + y * width;
-      for (std::size_t x = 0; x < width; ++x) {
-        next[x] = row[columns_[x]];
-      }
+  for (int y = 0; y < rows * static_cast<int>(sites.axes[2].size()); ++y) {
+    const float* row = from.data() + sites.row(y % rows, y / rows);
+    float* next = to.data() + static_cast<std::size_t>(y) * columns.size();
+    for (std::size_t x = 0; x < columns.size(); ++x) {
+      next[x] = row[columns[x]];
     }
   }
-
-private:
-  Extent full_;
-  std::vector<int> columns_;
-  std::vector<int> rows_;
-  std::vector<int> slices_;
-};
+}
 
 } // namespace
 
@@ -87,6 +74,12 @@ std::vector<int> sampled_indices(int coarse, int fine, Alignment alignment) {
   return indices;
 }
 
+SampledSites::SampledSites(Extent full_, Extent extent, Alignment alignment) : full(full_) {
+  for (std::size_t axis = 0; axis < axes.size(); ++axis) {
+    axes[axis] = sampled_indices(extent.sides()[axis], full.sides()[axis], alignment);
+  }
+}
+
 std::vector<Interpolation> interpolations(int coarse, int fine, Alignment alignment) {
   std::vector<Interpolation> result(static_cast<std::size_t>(fine));
   for (int i = 0; i < fine; ++i) {
@@ -108,58 +101,43 @@ std::vector<Interpolation> interpolations(int coarse, int fine, Alignment alignm
 std::vector<ScalarField> sample_inputs(const Level& full, Extent extent, Alignment alignment) {
   std::vector<ScalarField> inputs(full.inputs.size(), ScalarField(extent));
   if (!inputs.empty()) {
-    const Sampler sample(full.extent, extent, alignment);
+    const SampledSites sites(full.extent, extent, alignment);
     for (std::size_t i = 0; i < inputs.size(); ++i) {
-      sample(full.inputs[i].values, inputs[i].values);
+      sample(sites, full.inputs[i].values, inputs[i].values);
     }
   }
   return inputs;
 }
 
 Level sample_level(const Level& full, Extent extent, Alignment alignment, Material material) {
-  Level level{.extent = extent,
-              .energy = full.energy,
-              .target = VectorField(extent),
-              .confidence = VectorField(extent),
-              .modulus = ScalarField(extent),
-              .inverse_modulus = ScalarField(extent),
-              .inputs = sample_inputs(full, extent, alignment),
-              .penalty = full.penalty,
-              .steps = full.steps,
-              .update = full.update,
-              .rule = full.rule,
-              .strengths = full.strengths,
-              .seed = full.seed};
-  const Sampler sample(full.extent, extent, alignment);
+  Level level = without_fields(full);
+  level.extent = extent;
+  level.target = level.confidence = VectorField(extent);
+  level.modulus = level.inverse_modulus = ScalarField(extent);
+  level.inputs = sample_inputs(full, extent, alignment);
+  const SampledSites sites(full.extent, extent, alignment);
   for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-    sample(full.target[axis], level.target[axis]);
-    sample(full.confidence[axis], level.confidence[axis]);
+    sample(sites, full.target[axis], level.target[axis]);
+    sample(sites, full.confidence[axis], level.confidence[axis]);
   }
   if (material == Material::mean) {
     set_mean_modulus(full, alignment, level);
   } else {
-    sample(full.modulus.values, level.modulus.values);
-    sample(full.inverse_modulus.values, level.inverse_modulus.values);
+    sample(sites, full.modulus.values, level.modulus.values);
+    sample(sites, full.inverse_modulus.values, level.inverse_modulus.values);
   }
   return level;
 }
 
 SiteCounts count_site_kinds(const Level& full, Extent extent, Alignment alignment) {
-  const auto sampled = [&](int coarse, int fine) { return sampled_indices(coarse, fine, alignment); };
-  const std::array<std::vector<int>, 3> sites{sampled(extent.width, full.extent.width),
-                                              sampled(extent.height, full.extent.height),
-                                              sampled(extent.depth, full.extent.depth)};
-  const auto index = [&](int x, int y, int z) {
-    return full.extent.index(sites[0][static_cast<std::size_t>(x)], sites[1][static_cast<std::size_t>(y)],
-                             sites[2][static_cast<std::size_t>(z)]);
-  };
+  const SampledSites sites(full.extent, extent, alignment);
   // Outside the image is what the centre has, so it is enough to look at the sites that are there.
   const auto is_uniform = [&](int x, int y, int z) {
-    const float centre = full.modulus.values[index(x, y, z)];
+    const float centre = full.modulus.values[sites.index(x, y, z)];
     for (int slice = std::max(z - 1, 0); slice <= std::min(z + 1, extent.depth - 1); ++slice) {
       for (int row = std::max(y - 1, 0); row <= std::min(y + 1, extent.height - 1); ++row) {
         for (int column = std::max(x - 1, 0); column <= std::min(x + 1, extent.width - 1); ++column) {
-          if (full.modulus.values[index(column, row, slice)] != centre) {
+          if (full.modulus.values[sites.index(column, row, slice)] != centre) {
             return false;
           }
         }
@@ -167,25 +145,24 @@ SiteCounts count_site_kinds(const Level& full, Extent extent, Alignment alignmen
     }
     return true;
   };
-  std::int64_t uniform = 0;
-  std::int64_t unobserved = 0;
-  std::int64_t both = 0;
-#pragma omp parallel for reduction(+ : uniform, unobserved, both)
+  std::array<std::int64_t, site_kinds> counts{};
+  std::int64_t* const count = counts.data();
+#pragma omp parallel for reduction(+ : count[:site_kinds])
   for (int line = 0; line < extent.rows(); ++line) {
     const int y = line % extent.height;
     const int z = line / extent.height;
     for (int x = 0; x < extent.width; ++x) {
       bool is_unobserved = true;
       for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-        is_unobserved = is_unobserved && full.confidence[axis][index(x, y, z)] == 0.0F;
+        is_unobserved = is_unobserved && full.confidence[axis][sites.index(x, y, z)] == 0.0F;
       }
       const bool same = is_uniform(x, y, z);
-      uniform += same && !is_unobserved ? 1 : 0;
-      unobserved += !same && is_unobserved ? 1 : 0;
-      both += same && is_unobserved ? 1 : 0;
+      const SiteKind kind = is_unobserved ? (same ? SiteKind::uniform_unobserved : SiteKind::unobserved)
+                                          : (same ? SiteKind::uniform : SiteKind::general);
+      ++count[static_cast<std::size_t>(kind)];
     }
   }
-  return {static_cast<std::int64_t>(extent.sites()) - uniform - unobserved - both, unobserved, uniform, both};
+  return counts;
 }
 
 Projection::Projection(Components<const float> coarse, Extent coarse_extent, Extent fine, Alignment alignment)
@@ -279,9 +256,9 @@ VectorField prolongate(const VectorField& coarse, Extent fine, Alignment alignme
 
 VectorField sample_field(const VectorField& full, Extent extent, Alignment alignment) {
   VectorField result(extent);
-  const Sampler sample(full.extent, extent, alignment);
+  const SampledSites sites(full.extent, extent, alignment);
   for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-    sample(full[axis], result[axis]);
+    sample(sites, full[axis], result[axis]);
   }
   return result;
 }

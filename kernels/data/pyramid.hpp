@@ -34,6 +34,22 @@ enum class Material {
 /// sampled_index() of every site of an axis.
 [[nodiscard]] std::vector<int> sampled_indices(int coarse, int fine, Alignment alignment);
 
+/// The sites that those of a level of `extent` sample.
+struct SampledSites {
+  SampledSites(Extent full_, Extent extent, Alignment alignment);
+
+  /// Of `full`: of what the level's site (x, y, z) samples, and of the first site of the row of it.
+  [[nodiscard]] std::size_t index(int x, int y, int z) const {
+    return row(y, z) + static_cast<std::size_t>(axes[0][static_cast<std::size_t>(x)]);
+  }
+  [[nodiscard]] std::size_t row(int y, int z) const {
+    return full.index(0, axes[1][static_cast<std::size_t>(y)], axes[2][static_cast<std::size_t>(z)]);
+  }
+
+  Extent full;
+  std::array<std::vector<int>, 3> axes; ///< sampled_indices() along each
+};
+
 /// Target, confidence, inputs and moduli of `full` at the sampled sites, the moduli as `material` says;
 /// penalty, steps, update, rule, strengths and seed as they are. The inverse curvature is left empty: it
 /// belongs to the level's own neighbours.

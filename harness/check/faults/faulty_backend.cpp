@@ -102,17 +102,16 @@ private:
   std::int64_t changed_ = 0;  ///< by the last sweep, where in_sweep had a hand in it
 };
 
-class FaultyElasticSession final : public SteppedElasticSession {
+class FaultyElasticSession final : public ElasticSession {
 public:
   FaultyElasticSession(std::unique_ptr<ElasticSession> sound, Fault fault)
       : sound_(std::move(sound)), fault_(std::move(fault)) {}
 
-  void load(const ElasticHierarchy& hierarchy) override {
-    hierarchy_ = hierarchy;
-    if (fault_.in_hierarchy) {
-      fault_.in_hierarchy(hierarchy_);
+  void take(const MethodStep& step) override {
+    if (!fault_.in_elastic_step || fault_.in_elastic_step(step, is_waited_for_)) {
+      sound_->take(step);
     }
-    sound_->load(hierarchy_);
+    is_waited_for_ = false;
   }
   void read(int level, ElasticField field, VectorField& values) const override {
     sound_->read(level, field, values);
@@ -130,17 +129,17 @@ public:
   }
 
 private:
-  [[nodiscard]] int coarsest() const override { return static_cast<int>(hierarchy_.levels.size()) - 1; }
-  void take(const ElasticStep& step) override {
-    if (!fault_.in_elastic_step || fault_.in_elastic_step(step, is_waited_for_)) {
-      step.take(*sound_);
+  void do_load(const ElasticHierarchy& hierarchy) override {
+    spoilt_ = hierarchy;
+    if (fault_.in_hierarchy) {
+      fault_.in_hierarchy(spoilt_);
     }
-    is_waited_for_ = false;
+    sound_->load(spoilt_);
   }
 
   std::unique_ptr<ElasticSession> sound_;
   Fault fault_;
-  ElasticHierarchy hierarchy_;
+  ElasticHierarchy spoilt_;
   mutable bool is_waited_for_ = false;
 };
 

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "backends/backend.hpp"
-#include "harness/check/elastic_step.hpp"
+#include "backends/shared/elastic_session.hpp"
 
 #include <functional>
 #include <memory>
@@ -39,7 +39,7 @@ struct Fault {
   /// Spoils what a session of the elastic energy loads.
   std::function<void(ElasticHierarchy&)> in_hierarchy{};
   /// Whether a step of the elastic energy is taken; `is_waited_for`: something was read since the one before.
-  std::function<bool(const ElasticStep&, bool is_waited_for)> in_elastic_step{};
+  std::function<bool(const MethodStep&, bool is_waited_for)> in_elastic_step{};
   /// Sums first * second over the image in place of the sound session.
   std::function<float(const VectorField& first, const VectorField& second)> in_dot{};
 };

@@ -270,7 +270,7 @@ std::vector<Fault> session_faults() {
       in_hierarchy("elastic-poisson-ratio", "Poisson's ratio 0.01 too high",
                    [](ElasticHierarchy& hierarchy) {
                      hierarchy.ratio.nu += 0.01F;
-                     hierarchy.lame += 0.05F;
+                     hierarchy.ratio.lame += 0.05F;
                    }),
       in_hierarchy("elastic-coarsest-column",
                    "the inverse of the coarsest level begins with its second column",
@@ -280,14 +280,16 @@ std::vector<Fault> session_faults() {
                      const std::size_t size = sites.axes() * sites.sites();
                      std::ranges::rotate(inverse, inverse.begin() + static_cast<std::ptrdiff_t>(size));
                    }),
-      in_elastic_step(
-          "elastic-sweep-left-out", "no sweep on the first coarse level",
-          [](const ElasticStep& step, bool) { return step.name != sweep_step || step.level != 1; }),
+      in_elastic_step("elastic-sweep-left-out", "no sweep on the first coarse level",
+                      [](const MethodStep& step, bool) {
+                        return step.kind != MethodStep::Kind::relax || step.level != 1;
+                      }),
       // Seen at the end only: verify reads after every step that it follows.
       in_elastic_step("elastic-no-barrier", "a correction is lost where nobody waits for the step before",
-                      [unread = 0](const ElasticStep& step, bool is_waited_for) mutable {
-                        unread += step.name == correction_step && !is_waited_for ? 1 : 0;
-                        return step.name != correction_step || unread != 2; // once, where nothing waits
+                      [unread = 0](const MethodStep& step, bool is_waited_for) mutable {
+                        const bool corrects = step.kind == MethodStep::Kind::correct;
+                        unread += corrects && !is_waited_for ? 1 : 0;
+                        return !corrects || unread != 2; // once, where nothing waits
                       }),
       in_dot("elastic-sum-without-last-row", "a sum over the image ends a row early", in_double(1)),
   };

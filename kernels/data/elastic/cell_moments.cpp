@@ -1,6 +1,30 @@
 #include "kernels/data/elastic/set_up.hpp"
 
+#include <bit>
+
 namespace hdmbench {
+
+template <typename InDouble>
+CellMatrix matrix_of(const typename InDouble::CellMoments& moments, const typename InDouble::Ratios& ratio) {
+  CellMatrix matrix(InDouble::axes);
+  constexpr std::size_t components = InDouble::axes << InDouble::axes;
+#pragma omp simd
+  for (std::size_t column = 0; column < components; ++column) {
+    const auto unit = [&](std::size_t axis) HDM_INLINED {
+      return InDouble::corners_of([&](std::size_t corner) HDM_INLINED {
+        return InDouble::axes * corner + axis == column ? 1.0 : 0.0;
+      });
+    };
+    InDouble::for_each_force(moments, unit, ratio, [&](int axis, int corner, double force) HDM_INLINED {
+      const std::size_t row =
+          InDouble::axes * static_cast<std::size_t>(corner) + static_cast<std::size_t>(axis);
+      matrix.values[components * row + column] = -force;
+    });
+  }
+  return matrix;
+}
+template CellMatrix matrix_of<ElasticVolume<double>>(const ElasticVolume<double>::CellMoments& moments,
+                                                     const Elastic<double>::Ratios& ratio);
 
 namespace {
 
@@ -42,7 +66,7 @@ ResponseRow row_of(ElasticLevel& level, int y) {
 
 /// Of the site between two cells of the row above and two of the row below.
 HDM_FUNCTION void set_stiffness_at(const ResponseRow& row, const MomentsRow<const float>& above,
-                                   const MomentsRow<const float>& below, const InFloat::PoissonRatio& ratio,
+                                   const MomentsRow<const float>& below, const InFloat::Ratios& ratio,
                                    int x) {
   InFloat::SiteStiffness sum{0.0F, 0.0F, 0.0F};
   sum = InFloat::with_cell(sum, above.cell(x - 1), 1.0F, 1.0F, ratio);
@@ -55,27 +79,10 @@ HDM_FUNCTION void set_stiffness_at(const ResponseRow& row, const MomentsRow<cons
 }
 
 void set_stiffness(const ResponseRow& row, const MomentsRow<const float>& above,
-                   const MomentsRow<const float>& below, const InFloat::PoissonRatio& ratio) {
+                   const MomentsRow<const float>& below, const InFloat::Ratios& ratio) {
 #pragma omp simd
   for (int x = 0; x < row.width; ++x) {
     set_stiffness_at(row, above, below, ratio, x);
-  }
-}
-
-/// The row of cells above the sites, then that below.
-void add_masked_cells(const ResponseRow& row, const MaskedCells& masked, int y) {
-  for (int above = 1; above >= 0; --above) {
-    const auto [first, last] = masked.row(y - above);
-    for (std::size_t i = first; i < last; ++i) {
-      const float* const stiffness = masked.matrix(i);
-      for (std::size_t right = 0; right < 2; ++right) {
-        const std::size_t own = 4 * static_cast<std::size_t>(above) + 2 * right;
-        const std::size_t site = static_cast<std::size_t>(masked.x[i]) + right;
-        row.xx[site] += stiffness[8 * own + own];
-        row.xy[site] += stiffness[8 * own + own + 1];
-        row.yy[site] += stiffness[8 * (own + 1) + own + 1];
-      }
-    }
   }
 }
 
@@ -109,56 +116,44 @@ void invert(const ResponseRow& row) {
   }
 }
 
-constexpr std::array<double, 64> identity = [] {
-  std::array<double, 64> result{};
-  for (std::size_t i = 0; i < 8; ++i) {
-    result[9 * i] = 1.0;
-  }
-  return result;
-}();
-
-using InDouble = Elastic<double>;
-
-/// One component of the corners where the component `column` of all is 1 and the others are 0.
-HDM_FUNCTION InDouble::CellCorners unit_corners(std::size_t component, std::size_t column) {
-  const double* const unit = identity.data() + 8 * component + column;
-  return {unit[0], unit[16], unit[32], unit[48]};
-}
-
-HDM_FUNCTION void set_forces(CellMatrix& matrix, std::size_t corner, std::size_t column,
-                             InDouble::Force force) {
-  matrix.values[16 * corner + column] = -force.x;
-  matrix.values[16 * corner + 8 + column] = -force.y;
-}
-
-HDM_FUNCTION void set_column(CellMatrix& matrix, const InDouble::CellMoments& moments,
-                             const InDouble::PoissonRatio& ratio, std::size_t column) {
-  const InDouble::CellTension tension =
-      InDouble::cell_tension(moments, unit_corners(0, column), unit_corners(1, column), ratio);
-  set_forces(matrix, 0, column, InDouble::force_on_top_left(tension));
-  set_forces(matrix, 1, column, InDouble::force_on_top_right(tension));
-  set_forces(matrix, 2, column, InDouble::force_on_bottom_left(tension));
-  set_forces(matrix, 3, column, InDouble::force_on_bottom_right(tension));
-}
-
-CellMatrix image_cell_matrix(const ElasticLevel& level, std::size_t index,
-                             const ElasticHierarchy& hierarchy) {
-  const InFloat::CellMoments moments = level.cell(index);
-  const InDouble::CellMoments wide{moments.m, moments.mr, moments.ms, moments.mrr, moments.mss, moments.mrs};
-  const InDouble::PoissonRatio wide_ratio{hierarchy.ratio.nu, hierarchy.ratio.shear};
-  CellMatrix matrix(2);
-#pragma omp simd
-  for (std::size_t column = 0; column < 8; ++column) {
-    set_column(matrix, wide, wide_ratio, column);
-  }
-  return matrix;
+/// Of a cell that is not masked, its moments being floats.
+template <template <typename> typename Arithmetic>
+CellMatrix matrix_at(const ElasticLevel& level, std::size_t index, const InFloat::Ratios& ratio) {
+  using InDouble = Arithmetic<double>;
+  const auto moments =
+      std::bit_cast<std::array<float, InDouble::moments>>(level.template cell<Arithmetic<float>>(index));
+  return matrix_of<InDouble>(
+      InDouble::moments_of([&](std::size_t number) { return double{moments[number]}; }),
+      {{ratio.nu, ratio.shear}, ratio.lame});
 }
 
 } // namespace
 
 CellMatrix cell_matrix(const ElasticLevel& level, std::size_t index, const ElasticHierarchy& hierarchy) {
-  return level.grid.axes() == 3 ? volume_cell_matrix(level, index, hierarchy.lame)
-                                : image_cell_matrix(level, index, hierarchy);
+  return level.grid.axes() == 3 ? matrix_at<ElasticVolume>(level, index, hierarchy.ratio)
+                                : matrix_at<Elastic>(level, index, hierarchy.ratio);
+}
+
+void add_masked_cells(ElasticLevel& level, int y, int z, float weight) {
+  const std::size_t axes = level.grid.axes();
+  const std::size_t row = level.grid.index(0, y, z);
+  for (int number = 0; number < 2 << (axes - 2); ++number) {
+    const int beside =
+        axes == 2 ? 1 - number : number; // in an image those of the row of cells above go first
+    const auto [first, last] = level.masked.row(y - beside % 2, z - beside / 2);
+    for (std::size_t i = first; i < last; ++i) {
+      for (std::size_t right = 0; right < 2; ++right) {
+        const std::size_t own = axes * (right + 2 * static_cast<std::size_t>(beside));
+        const std::size_t site = row + static_cast<std::size_t>(level.masked.x[i]) + right;
+        for (std::size_t a = 0; a < axes; ++a) {
+          for (std::size_t b = a; b < axes; ++b) {
+            level.response[symmetric_entry(axes, a, b)][site] +=
+                weight * level.masked.matrix(i)[level.masked.components * (own + a) + own + b];
+          }
+        }
+      }
+    }
+  }
 }
 
 void set_image_moments(ElasticLevel& image, const Level& full) {
@@ -189,13 +184,13 @@ void set_parent_moments(ElasticLevel& level, const ElasticLevel& fine) {
   }
 }
 
-void set_response(ElasticLevel& level, const InFloat::PoissonRatio& ratio, const Prescribed* prescribed) {
+void set_response(ElasticLevel& level, const InFloat::Ratios& ratio, const Prescribed* prescribed) {
   const RingedGrid& grid = level.grid;
 #pragma omp parallel for if (grid.sites.sites() > sites_worth_threads)
   for (int y = 0; y < grid.sites.height; ++y) {
     const ResponseRow row = row_of(level, y);
     set_stiffness(row, {level, y - 1}, {level, y}, ratio);
-    add_masked_cells(row, level.masked, y);
+    add_masked_cells(level, y, 0, 1.0F);
     if (prescribed != nullptr) {
       const std::size_t first = grid.index(0, y);
       leave_out(row, prescribed->component[0].data() + first, prescribed->component[1].data() + first);

@@ -11,93 +11,76 @@
 #include <limits>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <string>
 
 namespace hdmbench {
 
 namespace {
 
-/// How a sheet, or a part of one, can move without straining: by (a - t y, b + t x) only. Known x in two
-/// rows, or known y in two columns, determine t. A body has three more motions: each known component is an
-/// equation of the six, and those that do not follow from the others are kept.
+/// How a sheet or a body, or a part of one, can move without straining: along its axes, and by small turns,
+/// one of a sheet and three of a body. Each known component is an equation of the six; those that do not
+/// follow from the others are kept.
 class Hold {
 public:
   /// Takes the components of a site whose confidence is `least` or more.
   void add(const Level& level, int x, int y, int z, float least) {
+    axes_ = level.extent.axes();
     const std::size_t at = level.extent.index(x, y, z);
-    if (level.extent.axes() == 3) {
-      is_body_ = true;
-      const std::array<double, 3> place{static_cast<double>(x), static_cast<double>(y),
-                                        static_cast<double>(z)};
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        if (level.confidence[axis][at] >= least) {
-          know(axis, place);
-        }
+    for (std::size_t axis = 0; axis < axes_; ++axis) {
+      if (level.confidence[axis][at] >= least) {
+        know(axis, {x, y, z});
       }
-      return;
     }
-    know(level.confidence[0][at] >= least, y, row_);
-    know(level.confidence[1][at] >= least, x, column_);
   }
-  [[nodiscard]] bool is_free() const {
-    return is_body_ ? equations_.size() < 6 : row_ < 0 || column_ < 0 || turns_;
-  }
+  [[nodiscard]] bool is_free() const { return equations_.size() < axes_ * (axes_ + 1) / 2; }
   /// "can move in x", "can turn about x = 3, y = 4"; empty: it is held.
   [[nodiscard]] std::string freedom() const {
     if (!is_free()) {
       return "";
     }
-    if (is_body_) {
-      const auto missing = std::ranges::find(is_known_, false);
-      return missing == is_known_.end()
-                 ? "can turn; known components must lie on more than one line"
-                 : fmt::format("can move in {}; a condition must give that component somewhere",
-                               "xyz"[missing - is_known_.begin()]);
+    for (std::size_t axis = 0; axis < axes_; ++axis) {
+      if (!first_[axis]) {
+        return fmt::format("can move in {}; a condition must give that component somewhere", "xyz"[axis]);
+      }
     }
-    if (row_ < 0 || column_ < 0) {
-      return fmt::format("can move in {}; a condition must give that component somewhere",
-                         row_ < 0 ? 'x' : 'y');
-    }
-    return fmt::format("can turn about x = {}, y = {}; give x in two rows or y in two columns", column_,
-                       row_);
+    return axes_ == 3 ? "can turn; known components must lie on more than one line"
+                      : fmt::format("can turn about x = {}, y = {}; give x in two rows or y in two columns",
+                                    first_[1]->at(0), first_[0]->at(1));
   }
-  /// Those that what is known leaves to the image: at most three.
-  /// None of a body.
+  /// Those that what is known leaves to the image: at most three. None of a body.
   [[nodiscard]] std::vector<RigidMotion> motions(Extent image) const {
     std::vector<RigidMotion> result;
-    if (is_body_) {
+    if (axes_ == 3) {
       return result;
     }
-    if (row_ < 0) {
+    if (!first_[0]) {
       result.push_back({.x = 1.0});
     }
-    if (column_ < 0) {
+    if (!first_[1]) {
       result.push_back({.y = 1.0});
     }
-    if (turns_) {
+    if (equations_.size() + result.size() < 3) {
       result.push_back({.turn = 2.0 / std::max(image.width, image.height),
-                        .column = column_ < 0 ? 0.5 * (image.width - 1) : column_,
-                        .row = row_ < 0 ? 0.5 * (image.height - 1) : row_});
+                        .column = first_[1] ? first_[1]->at(0) : 0.5 * (image.width - 1),
+                        .row = first_[0] ? first_[0]->at(1) : 0.5 * (image.height - 1)});
     }
     return result;
   }
 
 private:
-  void know(bool is_known, int line, int& known) {
-    if (is_known) {
-      turns_ = turns_ && (known < 0 || known == line);
-      known = line;
+  /// Turns are about the first place where the component is known: there it says nothing of them.
+  void know(std::size_t axis, std::array<int, 3> place) {
+    if (!is_free()) {
+      return;
     }
-  }
-
-  /// By a motion: three components, and three turns. What is left of it besides the equations before it.
-  void know(std::size_t axis, std::array<double, 3> place) {
-    is_known_[axis] = true;
+    const std::array<int, 3>& first = first_[axis] ? *first_[axis] : first_[axis].emplace(place);
     constexpr double side = 256.0; // sites: all six of about the same size
+    const auto way = [&](std::size_t along) { return (place[along % 3] - first[along % 3]) / side; };
     std::array<double, 6> equation{};
     equation[axis] = 1.0;
-    equation[3 + (axis + 1) % 3] = place[(axis + 2) % 3] / side;
-    equation[3 + (axis + 2) % 3] = -place[(axis + 1) % 3] / side;
+    equation[3 + (axis + 1) % 3] = way(axis + 2);
+    equation[3 + (axis + 2) % 3] = -way(axis + 1);
     const auto product = [](const auto& a, const auto& b) {
       return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
     };
@@ -108,17 +91,14 @@ private:
                              [&](double own, double its) { return own - share * its; });
     }
     constexpr double rounding = 1e-9;
-    if (equations_.size() < 6 && product(equation, equation) > rounding * whole) {
+    if (product(equation, equation) > rounding * whole) {
       equations_.push_back(equation);
     }
   }
 
-  bool is_body_ = false;
-  std::array<bool, 3> is_known_{};
-  std::vector<std::array<double, 6>> equations_; ///< each at a right angle to the others
-  int row_ = -1;                                 // of a known x
-  int column_ = -1;                              // of a known y
-  bool turns_ = true;
+  std::size_t axes_ = 2;
+  std::array<std::optional<std::array<int, 3>>, 3> first_; ///< by component, where it is known
+  std::vector<std::array<double, 6>> equations_;           ///< each at a right angle to the others
 };
 
 /// Any confidence above 0 holds; a whole one prescribes.
@@ -164,18 +144,6 @@ struct Part {
   }
 };
 
-/// call(x, y, z) for every site, or every cell, in reading order.
-template <typename Call>
-void for_each(Extent extent, const Call& call) {
-  for (int z = 0; z < extent.depth; ++z) {
-    for (int y = 0; y < extent.height; ++y) {
-      for (int x = 0; x < extent.width; ++x) {
-        call(x, y, z);
-      }
-    }
-  }
-}
-
 /// Where void cuts off a part of the tissue that no condition holds. Sites next to each other, diagonally
 /// too, are one part, and so are those with a single void one between them: they share a site of a cell.
 void require_parts_held(const Level& level) {
@@ -189,7 +157,7 @@ void require_parts_held(const Level& level) {
   Parts parts(extent.sites());
   std::vector<std::uint8_t> in_tissue(extent.sites()); // a site of a cell that is not all void
   const Extent cells{extent.width - 1, extent.height - 1, std::max(extent.depth - 1, 1)};
-  for_each(cells, [&](int x, int y, int z) {
+  for_each_site(cells, [&](int x, int y, int z) {
     std::array<std::size_t, 8> corners{};
     for (std::size_t corner = 0; corner < 8; ++corner) { // in an image each of four twice
       const auto bit = [&](std::size_t axis) { return static_cast<int>(corner >> axis & 1); };
@@ -203,7 +171,7 @@ void require_parts_held(const Level& level) {
     }
   });
   std::map<std::size_t, Part> found; // by the first site
-  for_each(extent, [&](int x, int y, int z) {
+  for_each_site(extent, [&](int x, int y, int z) {
     const std::size_t at = extent.index(x, y, z);
     if (in_tissue[at] != 0) {
       Part& part = found[parts.of(at)];
@@ -232,7 +200,7 @@ void require_parts_held(const Level& level) {
 /// Of all that has this confidence or more.
 Hold hold_of(const Level& level, float least) {
   Hold hold;
-  for_each(level.extent, [&](int x, int y, int z) {
+  for_each_site(level.extent, [&](int x, int y, int z) {
     if (hold.is_free()) {
       hold.add(level, x, y, z, least);
     }

@@ -243,7 +243,6 @@ ElasticHierarchy hierarchy_of(const Level& full, double poisson, const SpringAt*
   const bool is_volume = full.extent.axes() == 3;
   ElasticHierarchy hierarchy;
   hierarchy.ratio = InFloat::poisson_ratio(poisson);
-  hierarchy.lame = VolumeInFloat::lame_ratio(poisson);
   ElasticLevel& image = hierarchy.levels.emplace_back(empty_level(full.extent, is_volume ? 1 : 6));
   Prescribed prescribed(full, image.grid); // of the last level
   std::optional<VolumeRelaxation> relaxation;

@@ -65,24 +65,16 @@ struct ElasticLevel {
   std::vector<std::vector<float>> response;
   MaskedCells masked; ///< on the finest level those with a spring: at most as many as observed sites
 
-  /// Of an image; `index` of the grid.
-  [[nodiscard]] ElasticInFloat::CellMoments cell(std::size_t index) const {
-    return {moments[0][index], moments[1][index], moments[2][index],
-            moments[3][index], moments[4][index], moments[5][index]};
-  }
-  /// Of a volume, for any scalar; a cell that does not belong to the ring.
-  template <typename Scalar>
-  [[nodiscard]] typename ElasticVolume<Scalar>::CellMoments volume_cell(std::size_t index) const {
-    const auto at = [&](std::size_t number) { return Scalar(moments[number][index]); };
+  /// Of a cell that does not belong to the ring, as Elastic or ElasticVolume of any scalar has it; `index` of
+  /// the grid.
+  template <typename Arithmetic>
+  [[nodiscard]] typename Arithmetic::CellMoments cell(std::size_t index) const {
+    using Scalar = typename Arithmetic::real;
     if (moments.size() == 1) {
-      const auto site = [&](std::size_t corner) {
-        return Scalar(moments[0][index + grid.to_corner(corner)]);
-      };
-      return ElasticVolume<Scalar>::image_cell(
-          {site(0), site(1), site(2), site(3), site(4), site(5), site(6), site(7)});
+      return Arithmetic::image_cell(Arithmetic::corners_of(
+          [&](std::size_t corner) { return Scalar(moments[0][index + grid.to_corner(corner)]); }));
     }
-    return {at(0),  at(1),  at(2),  at(3),  at(4),  at(5),  at(6),  at(7),  at(8),  at(9),  at(10), at(11),
-            at(12), at(13), at(14), at(15), at(16), at(17), at(18), at(19), at(20), at(21), at(22)};
+    return Arithmetic::moments_of([&](std::size_t number) { return Scalar(moments[number][index]); });
   }
 };
 
@@ -97,8 +89,7 @@ enum class Springs {
 /// (2x, 2y, 2z). In a volume a coarse component is prescribed, too, where that fine one is: it is 0, and
 /// fewer cells are cut.
 struct ElasticHierarchy {
-  ElasticInFloat::PoissonRatio ratio{};
-  float lame = 0.0F;                ///< lambda / mu: of volumes
+  ElasticInFloat::Ratios ratio{};
   std::vector<ElasticLevel> levels; ///< the image first; at least one
   /// Displacements of the coarsest level from its load, the components of each site in turn: column by
   /// column.

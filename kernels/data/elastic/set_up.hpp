@@ -30,8 +30,7 @@ void set_volume_parents(ElasticLevel& level, const ElasticLevel& fine);
 /// Sets ElasticLevel::response from the level's moments and masked cells: elastic_relaxation times the
 /// inverse of a site's own 2 x 2 stiffness. `prescribed` is null but on the image, and its components do not
 /// respond.
-void set_response(ElasticLevel& level, const ElasticInFloat::PoissonRatio& ratio,
-                  const Prescribed* prescribed);
+void set_response(ElasticLevel& level, const ElasticInFloat::Ratios& ratio, const Prescribed* prescribed);
 /// How far a sweep goes towards the minimum of each site of a volume, D being what its own stiffness is taken
 /// for: K <= largest eigenvalue of D^-1 K holds cell by cell, so no wave grows whose cells do not let it.
 /// Cells of one modulus have the same one; others of the image at most that of the worst of all patterns of
@@ -49,10 +48,18 @@ struct VolumeRelaxation {
 void set_volume_response(ElasticLevel& level, const VolumeRelaxation& relaxation,
                          const Prescribed& prescribed);
 
+/// Adds what the masked cells beside the sites of row (y, z), each `weight` times, are to the stiffness of
+/// these, which lies where their response will.
+void add_masked_cells(ElasticLevel& level, int y, int z, float weight);
+
+/// The matrix of a cell; `InDouble` is Elastic<double> or ElasticVolume<double>.
+template <typename InDouble>
+[[nodiscard]] CellMatrix matrix_of(const typename InDouble::CellMoments& moments,
+                                   const typename InDouble::Ratios& ratio);
+
 /// Of a cell that is not masked. `index` of the grid.
 [[nodiscard]] CellMatrix cell_matrix(const ElasticLevel& level, std::size_t index,
                                      const ElasticHierarchy& hierarchy);
-[[nodiscard]] CellMatrix volume_cell_matrix(const ElasticLevel& level, std::size_t index, float lame);
 
 /// What ElasticHierarchy::coarsest_inverse is of `level`: a symmetric generalised inverse of its stiffness.
 /// Functions that others make up for, or that nothing resists, stay 0. `prescribed` is null where every
@@ -75,7 +82,7 @@ struct MomentsRow {
   }
 
   [[nodiscard]] ElasticInFloat::CellMoments cell(int x) const {
-    return {moments[0][x], moments[1][x], moments[2][x], moments[3][x], moments[4][x], moments[5][x]};
+    return ElasticInFloat::moments_of([&](std::size_t number) HDM_INLINED { return moments[number][x]; });
   }
   void set(int x, const ElasticInFloat::CellMoments& cell) const {
     moments[0][x] = cell.m;

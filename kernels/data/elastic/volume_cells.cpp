@@ -47,7 +47,7 @@ void read_cells(const ElasticLevel& level, int x, int step, int y, int z, CellRo
   }
   for (int i = first; i < last; ++i) {
     const auto cell = std::bit_cast<std::array<float, moment_count>>(
-        level.volume_cell<float>(at + static_cast<std::size_t>(x + i * step)));
+        level.cell<VolumeInFloat>(at + static_cast<std::size_t>(x + i * step)));
     for (std::size_t number = 0; number < moment_count; ++number) {
       to[place_of_moment[number]][static_cast<std::size_t>(i)] = cell[number];
     }
@@ -183,29 +183,6 @@ Stiffness stiffness_of(const ElasticLevel& level, int x, int y, int z, const Vol
   return sum;
 }
 
-/// The matrix of a cell with these moments.
-CellMatrix matrix_of(const ElasticVolume<double>::CellMoments& moments, double lame) {
-  using InDouble = ElasticVolume<double>;
-  CellMatrix matrix(3);
-  for (std::size_t column = 0; column < matrix.components; ++column) {
-    std::array<std::array<double, 8>, 3> unit{};
-    unit[column % 3][column / 3] = 1.0;
-    std::array<InDouble::Coefficients, 3> of;
-    std::ranges::transform(unit, of.begin(), [](const std::array<double, 8>& corners) {
-      return InDouble::coefficients_of(std::bit_cast<InDouble::CellCorners>(corners));
-    });
-    const InDouble::CellTension tension = InDouble::cell_tension(moments, of[0], of[1], of[2], lame);
-    const std::array<InDouble::Coefficients, 3> components{tension.x, tension.y, tension.z};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto force = std::bit_cast<std::array<double, 8>>(InDouble::forces_of(components[axis]));
-      for (std::size_t corner = 0; corner < 8; ++corner) {
-        matrix.at(3 * corner + axis, column) = -force[corner];
-      }
-    }
-  }
-  return matrix;
-}
-
 /// The inverse of a 3 x 3 matrix, symmetric_entry() of each. Rows and columns of a diagonal entry that is not
 /// above 0 are left out.
 template <typename Real>
@@ -236,9 +213,10 @@ std::array<Real, 6> inverse_of(std::array<Real, 6> a) {
 
 /// Of D^-1 K of a cell whose corners have these moduli, by power iteration: D is what K has on the diagonal
 /// in blocks of a corner. No sweep over many cells has a larger one.
-double largest_eigenvalue(const std::array<double, 8>& moduli, double lame) {
-  const CellMatrix matrix = matrix_of(
-      ElasticVolume<double>::image_cell(std::bit_cast<ElasticVolume<double>::CellCorners>(moduli)), lame);
+double largest_eigenvalue(const std::array<double, 8>& moduli, const Elastic<double>::Ratios& ratio) {
+  using InDouble = ElasticVolume<double>;
+  const CellMatrix matrix = matrix_of<InDouble>(
+      InDouble::image_cell(InDouble::corners_of([&](std::size_t corner) { return moduli[corner]; })), ratio);
   std::array<std::array<double, 6>, 8> inverse;
   for (std::size_t corner = 0; corner < 8; ++corner) {
     const std::size_t at = 3 * corner;
@@ -318,10 +296,10 @@ void set_volume_parents(ElasticLevel& level, const ElasticLevel& fine) {
 }
 
 VolumeRelaxation::VolumeRelaxation(double poisson, double contrast)
-    : lame(VolumeInFloat::lame_ratio(poisson)), weight(1.0F) {
+    : lame(VolumeInFloat::poisson_ratio(poisson).lame), weight(1.0F) {
   std::array<double, 8> moduli;
   moduli.fill(1.0);
-  const double ratio = ElasticVolume<double>::lame_ratio(poisson);
+  const Elastic<double>::Ratios ratio = Elastic<double>::poisson_ratio(poisson);
   const double uniform = largest_eigenvalue(moduli, ratio);
   constexpr double share_of_limit = 1.9; // a wave grows from 2 on
   factor = static_cast<float>(share_of_limit / uniform);
@@ -349,21 +327,7 @@ void set_volume_response(ElasticLevel& level, const VolumeRelaxation& relaxation
           std::copy_n(sum[entry].data(), std::min(lanes, width - x), level.response[entry].data() + row + x);
         }
       }
-      for (int beside = 0; beside < 4; ++beside) {
-        const auto [first, last] = level.masked.row(y - beside % 2, z - beside / 2);
-        for (std::size_t i = first; i < last; ++i) {
-          for (std::size_t right = 0; right < 2; ++right) {
-            const std::size_t own = 3 * (right + 2 * static_cast<std::size_t>(beside));
-            const std::size_t site = row + static_cast<std::size_t>(level.masked.x[i]) + right;
-            for (std::size_t a = 0; a < 3; ++a) {
-              for (std::size_t b = a; b < 3; ++b) {
-                level.response[symmetric_entry(3, a, b)][site] +=
-                    relaxation.weight * level.masked.matrix(i)[24 * (own + a) + own + b];
-              }
-            }
-          }
-        }
-      }
+      add_masked_cells(level, y, z, relaxation.weight);
       for (std::size_t site = row; site < row + width; ++site) {
         std::array<float, 6> stiffness;
         for (std::size_t entry = 0; entry < 6; ++entry) {
@@ -381,13 +345,6 @@ void set_volume_response(ElasticLevel& level, const VolumeRelaxation& relaxation
       }
     }
   }
-}
-
-CellMatrix volume_cell_matrix(const ElasticLevel& level, std::size_t index, float lame) {
-  const auto cell = std::bit_cast<std::array<float, moment_count>>(level.volume_cell<float>(index));
-  std::array<double, moment_count> wide;
-  std::ranges::copy(cell, wide.begin());
-  return matrix_of(std::bit_cast<ElasticVolume<double>::CellMoments>(wide), static_cast<double>(lame));
 }
 
 } // namespace hdmbench
