@@ -56,7 +56,7 @@ ElasticLevel part_of(const ElasticLevel& level, const Box& part) {
 
 /// What all levels have in common.
 ElasticHierarchy without_levels(const ElasticHierarchy& hierarchy) {
-  return {.ratio = hierarchy.ratio, .lame = hierarchy.lame, .levels = {}, .coarsest_inverse = {}};
+  return {.ratio = hierarchy.ratio, .levels = {}, .coarsest_inverse = {}};
 }
 
 /// A field that a step reads up to `reach` sites around each site of its level.
