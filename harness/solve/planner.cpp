@@ -4,6 +4,7 @@
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/solver.hpp"
+#include "harness/solve/sampled_image.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
@@ -19,137 +20,9 @@ namespace hdmbench {
 
 namespace {
 
-/// First and last sites coincide on all sampled images: conditions are on borders.
-constexpr Alignment alignment = Alignment::corner;
-
-/// What became of observed components when they were put on their targets.
-struct Imposed {
-  double squares = 0.0;             ///< of the gaps, pixels^2
-  std::size_t count = 0;            ///< components
-  float largest_unknown_gap = 0.0F; ///< pixels: where none of the four coarse sites around is observed
-  bool has_springs = false;         ///< a confidence is below 1
-
-  void add(const Imposed& other) {
-    squares += other.squares;
-    count += other.count;
-    largest_unknown_gap = std::max(largest_unknown_gap, other.largest_unknown_gap);
-    has_springs = has_springs || other.has_springs;
-  }
-  /// RMS over sites, pixels: two components a site.
-  [[nodiscard]] double gap() const {
-    return count == 0 ? 0.0 : std::sqrt(2.0 * squares / static_cast<double>(count));
-  }
-};
-
-/// The pixels of an axis that a sampled site stands for: first ... last, of the outer two a part only.
-struct Share {
-  int first = 0;
-  int last = 0;
-  float of_first = 1.0F;
-  float of_last = 1.0F;
-
-  [[nodiscard]] float of(int pixel) const {
-    return pixel == first ? of_first : pixel == last ? of_last : 1.0F;
-  }
-  [[nodiscard]] float length() const {
-    return first == last ? of_first : of_first + of_last + static_cast<float>(last - first - 1);
-  }
-};
-
-std::vector<Share> shares(int sites, int pixels) {
-  const double cell = static_cast<double>(pixels - 1) / std::max(sites - 1, 1);
-  std::vector<Share> result;
-  for (int i = 0; i < sites; ++i) { // pixel p covers p - 0.5 ... p + 0.5
-    const double from = std::max(i * cell - 0.5 * cell, -0.5);
-    const double to = std::min((i + 1) * cell - 0.5 * cell, pixels - 0.5);
-    Share share{.first = static_cast<int>(std::floor(from + 0.5)),
-                .last = static_cast<int>(std::ceil(to - 0.5))};
-    share.of_first = static_cast<float>(std::min(share.first + 0.5, to) - from);
-    share.of_last = static_cast<float>(to - (share.last - 0.5));
-    result.push_back(share);
-  }
-  return result;
-}
-
-/// Means of the moduli of the pixels around each site of a sampled image, by the share of each pixel in the
-/// area that the site stands for. An interface has its place in them to a fraction of a pixel, and a layer
-/// thinner than a cell its share.
-struct BlockModuli {
-  ScalarField mean;         ///< MPa: of layers that are strained side by side
-  ScalarField inverse_mean; ///< 1/MPa, of 1 / m: of layers that are loaded one after the other
-};
-
-/// Of an image with these moduli, or of a sampled one with these means.
-BlockModuli block_moduli(const ScalarField& modulus, const ScalarField& inverse_modulus, Extent sampled) {
-  const Extent full = modulus.extent;
-  const std::vector<Share> columns = shares(sampled.width, full.width);
-  const std::vector<Share> rows = shares(sampled.height, full.height);
-  BlockModuli result{.mean = ScalarField(sampled), .inverse_mean = ScalarField(sampled)};
-  const auto width = static_cast<std::size_t>(full.width);
-#pragma omp parallel if (full.sites() > sites_worth_threads)
-  {
-    std::vector<float> sums(width);
-#pragma omp for schedule(static)
-    for (int y = 0; y < sampled.height; ++y) {
-      const Share& row = rows[static_cast<std::size_t>(y)];
-      const auto average = [&](const std::vector<float>& from, float* to) {
-        std::ranges::fill(sums, 0.0F);
-        for (int v = row.first; v <= row.last; ++v) {
-          const float* values = from.data() + full.index(0, v);
-          const float share = row.of(v);
-#pragma omp simd
-          for (std::size_t u = 0; u < width; ++u) {
-            sums[u] += share * values[u];
-          }
-        }
-        for (const Share& column : columns) {
-          float sum = 0.0F;
-          for (int u = column.first; u <= column.last; ++u) {
-            sum += column.of(u) * sums[static_cast<std::size_t>(u)];
-          }
-          *to++ = sum / (row.length() * column.length());
-        }
-      };
-      average(modulus.values, result.mean.values.data() + sampled.index(0, y));
-      average(inverse_modulus.values, result.inverse_mean.values.data() + sampled.index(0, y));
-    }
-  }
-  return result;
-}
-
-/// The upper over the lower bound, where it is the largest: 1 where no site stands for more than one modulus.
-double largest_mixture(const BlockModuli& blocks) {
-  const std::vector<float>& upper = blocks.mean.values;
-  const std::vector<float>& inverse_lower = blocks.inverse_mean.values;
-  float largest = 1.0F;
-#pragma omp simd reduction(max : largest)
-  for (std::size_t i = 0; i < upper.size(); ++i) {
-    largest = std::max(largest, upper[i] * inverse_lower[i]);
-  }
-  return static_cast<double>(largest);
-}
-
 /// Half and half of moduli a hundred times apart have such a mixture. With more, what a stiff fibre is
 /// fastened to decides, and a sampled image cannot know that.
 constexpr double most_mixed = 25.0;
-
-/// Which modulus between the two bounds a site of a sampled image has.
-enum class BlockMean {
-  geometric,  ///< of the bounds: the nearest to the truth where tissues meet
-  arithmetic, ///< the upper bound: it keeps thin fibres and loses thin cuts
-};
-
-/// Conditions of `full` at the sampled sites and its moduli by blocks.
-Level sampled_image(const Level& full, const BlockModuli& blocks, BlockMean mean) {
-  Level level = sample_level(full, blocks.mean.extent, alignment);
-  level.modulus = blocks.mean;
-  if (mean == BlockMean::geometric) {
-    std::ranges::transform(blocks.mean.values, blocks.inverse_mean.values, level.modulus.values.begin(),
-                           [](float upper, float inverse_lower) { return std::sqrt(upper / inverse_lower); });
-  }
-  set_inverse_modulus(level);
-  return level;
-}
 
 /// What the cells of a sampled image cost, pixels: differences between ever finer ones fall like a geometric
 /// series, and this is what is left of it. `moved`: the last difference; `moved_before`: the one before it, 0
@@ -159,76 +32,8 @@ double error_of_cells(double moved, double moved_before) {
   return moved * ratio / (1.0 - ratio);
 }
 
-/// Of an image that samples `full` at about every stride-th pixel of both axes, so that its cells stay
-/// squares; first and last sites coincide. stride >= 1.
-Extent sampled_extent(Extent full, int stride) {
-  const auto sites = [&](int of) { return (of - 1 + stride / 2) / stride + 1; };
-  return {sites(full.width), sites(full.height)};
-}
-
-/// A coarse displacement on the full image.
-struct Interpolated {
-  VectorField field; ///< pixels; components with a confidence above 0 are on their targets
-  Imposed imposed;
-};
-
-/// `sampled`: the conditions that the coarse displacement knew.
-Interpolated interpolate_to_image(const VectorField& coarse, const Level& sampled, const Level& full) {
-  const Extent extent = full.extent;
-  const Extent sites = coarse.extent;
-  const Projection projection({coarse[0].data(), coarse[1].data()}, sites, extent, alignment);
-  const std::vector<Interpolation> columns = interpolations(sites.width, extent.width, alignment);
-  const std::vector<Interpolation> rows = interpolations(sites.height, extent.height, alignment);
-  Interpolated result;
-  result.field.extent = extent;
-#pragma omp parallel for if (extent.sites() >                                                                \
-                             sites_worth_threads) // to fill them with 0 takes a third of the time
-  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-    result.field[axis].resize(extent.sites());
-  }
-  std::vector<Imposed> of_rows(rows.size()); // added up in their order, so that threads do not change the sum
-#pragma omp parallel if (extent.sites() > sites_worth_threads)
-  {
-    Projection::CoarseRows coarse_rows;
-#pragma omp for schedule(static)
-    for (int y = 0; y < extent.height; ++y) {
-      Imposed& own = of_rows[static_cast<std::size_t>(y)];
-      const Interpolation& row = rows[static_cast<std::size_t>(y)];
-      projection.row(y, coarse_rows, {result.field[0].data(), result.field[1].data()});
-      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-        const auto is_known = [&](int column) {
-          return sampled.confidence[axis][sites.index(column, row.first)] > 0.0F ||
-                 sampled.confidence[axis][sites.index(column, row.second)] > 0.0F;
-        };
-        for (std::size_t x = 0; x < columns.size(); ++x) {
-          const std::size_t site = extent.index(0, y) + x;
-          const float confidence = full.confidence[axis][site];
-          if (!(confidence > 0.0F)) {
-            continue;
-          }
-          const float gap = std::abs(full.target[axis][site] - result.field[axis][site]);
-          own.squares += static_cast<double>(gap) * static_cast<double>(gap);
-          ++own.count;
-          own.has_springs = own.has_springs || confidence < 1.0F;
-          if (!is_known(columns[x].first) && !is_known(columns[x].second)) {
-            own.largest_unknown_gap = std::max(own.largest_unknown_gap, gap);
-          }
-          result.field[axis][site] = full.target[axis][site];
-        }
-      }
-    }
-  }
-  for (const Imposed& row : of_rows) {
-    result.imposed.add(row);
-  }
-  return result;
-}
-
 /// Thin stiff layers take most: 37 at a contrast of 1000 to 1e-4 px.
 constexpr int most_steps = 100;
-
-/// A sampled image has more sites a side than this.
-constexpr int fewest_sites = 16;
 
 /// The interpolation of a sampled image is taken when this many times its expected error is within the
 /// request: between two levels there is one difference, and it can be small by chance.
@@ -236,59 +41,6 @@ constexpr double caution_before_interpolation = 2.0;
 
 /// Of that error: what it turns out to be on most scenes. What is asked for is compared with the whole of it.
 constexpr double likely_share = 0.5;
-
-/// The full image, then those with 4, 8, ... pixels a cell.
-std::vector<Extent> sampled_extents(Extent full) {
-  std::vector<Extent> extents{full};
-  if (full.axes() == 3) {
-    return extents; // volumes are not sampled
-  }
-  for (int stride = 4;; stride *= 2) {
-    const Extent extent = sampled_extent(full, stride);
-    if (std::min(extent.width, extent.height) <= fewest_sites) {
-      return extents;
-    }
-    extents.push_back(extent);
-  }
-}
-
-/// Indices spread evenly over a fine axis, both ends among them, each with that which stands for it on the
-/// coarse one.
-std::vector<std::pair<int, int>> looked_at(int coarse, int fine) {
-  constexpr int most = 33; // so that to judge a sampled image of a large one takes no longer
-  const int count = std::min(fine, most);
-  std::vector<std::pair<int, int>> indices;
-  for (int i = 0; i < count; ++i) {
-    const int index = count > 1 ? static_cast<int>(static_cast<long long>(i) * (fine - 1) / (count - 1)) : 0;
-    const double position = fine > 1 ? static_cast<double>(index) * (coarse - 1) / (fine - 1) : 0.0;
-    indices.emplace_back(index,
-                         sampled_index(static_cast<int>(std::lround(position)), coarse, fine, alignment));
-  }
-  return indices;
-}
-
-/// Whether a solution of a sampled image is a fair start for finer ones (thesis 9.4): the nearest sampled
-/// site has the modulus of nine in ten sites, and observes half of the observed components.
-bool is_fair_start(const Level& full, Extent extent) {
-  std::size_t sites = 0;
-  std::size_t same_modulus = 0;
-  std::size_t observed = 0;
-  std::size_t still_observed = 0;
-  for (const auto& [row, to_row] : looked_at(extent.height, full.extent.height)) {
-    for (const auto& [column, to_column] : looked_at(extent.width, full.extent.width)) {
-      const std::size_t at = full.extent.index(column, row);
-      const std::size_t there = full.extent.index(to_column, to_row);
-      ++sites;
-      same_modulus += full.modulus.values[at] == full.modulus.values[there] ? 1 : 0;
-      for (std::size_t axis = 0; axis < full.extent.axes(); ++axis) {
-        const std::vector<float>& confidence = full.confidence[axis];
-        observed += confidence[at] > 0.0F ? 1 : 0;
-        still_observed += confidence[at] > 0.0F && confidence[there] > 0.0F ? 1 : 0;
-      }
-    }
-  }
-  return 10 * same_modulus >= 9 * sites && 2 * still_observed >= observed;
-}
 
 void require_positive(const std::optional<double>& value, const char* what) {
   if (value && !(*value > 0.0 && std::isfinite(*value))) {
@@ -390,7 +142,7 @@ private:
       now.field = solve(now.level);
       const double seconds = clock_.seconds() - begin;
       const double moved =
-          before ? rms_difference(prolongate(before->field, extent, alignment), now.field) : 0.0;
+          before ? rms_difference(prolongate(before->field, extent, sampled_alignment), now.field) : 0.0;
       const double error = moved > 0.0 ? error_of_cells(moved, moved_before) : unknown;
       note(extent, "sampled image", before ? "the next finer one" : "one coarser than what shows the scene",
            moved, error);

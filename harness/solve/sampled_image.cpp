@@ -1,0 +1,211 @@
+#include "harness/solve/sampled_image.hpp"
+
+#include <utility>
+
+namespace hdmbench {
+
+namespace {
+
+/// A sampled image has more sites a side than this.
+constexpr int fewest_sites = 16;
+
+/// The pixels of an axis that a sampled site stands for: first ... last, of the outer two a part only.
+struct Share {
+  int first = 0;
+  int last = 0;
+  float of_first = 1.0F;
+  float of_last = 1.0F;
+
+  [[nodiscard]] float of(int pixel) const {
+    return pixel == first ? of_first : pixel == last ? of_last : 1.0F;
+  }
+  [[nodiscard]] float length() const {
+    return first == last ? of_first : of_first + of_last + static_cast<float>(last - first - 1);
+  }
+};
+
+std::vector<Share> shares(int sites, int pixels) {
+  const double cell = static_cast<double>(pixels - 1) / std::max(sites - 1, 1);
+  std::vector<Share> result;
+  for (int i = 0; i < sites; ++i) { // pixel p covers p - 0.5 ... p + 0.5
+    const double from = std::max(i * cell - 0.5 * cell, -0.5);
+    const double to = std::min((i + 1) * cell - 0.5 * cell, pixels - 0.5);
+    Share share{.first = static_cast<int>(std::floor(from + 0.5)),
+                .last = static_cast<int>(std::ceil(to - 0.5))};
+    share.of_first = static_cast<float>(std::min(share.first + 0.5, to) - from);
+    share.of_last = static_cast<float>(to - (share.last - 0.5));
+    result.push_back(share);
+  }
+  return result;
+}
+
+/// Of an image that samples `full` at about every stride-th pixel of both axes, so that its cells stay
+/// squares; first and last sites coincide. stride >= 1.
+Extent sampled_extent(Extent full, int stride) {
+  const auto sites = [&](int of) { return (of - 1 + stride / 2) / stride + 1; };
+  return {sites(full.width), sites(full.height)};
+}
+
+/// Indices spread evenly over a fine axis, both ends among them, each with that which stands for it on the
+/// coarse one.
+std::vector<std::pair<int, int>> looked_at(int coarse, int fine) {
+  constexpr int most = 33; // so that to judge a sampled image of a large one takes no longer
+  const int count = std::min(fine, most);
+  std::vector<std::pair<int, int>> indices;
+  for (int i = 0; i < count; ++i) {
+    const int index = count > 1 ? static_cast<int>(static_cast<long long>(i) * (fine - 1) / (count - 1)) : 0;
+    const double position = fine > 1 ? static_cast<double>(index) * (coarse - 1) / (fine - 1) : 0.0;
+    indices.emplace_back(
+        index, sampled_index(static_cast<int>(std::lround(position)), coarse, fine, sampled_alignment));
+  }
+  return indices;
+}
+
+} // namespace
+
+std::vector<Extent> sampled_extents(Extent full) {
+  std::vector<Extent> extents{full};
+  if (full.axes() == 3) {
+    return extents; // volumes are not sampled
+  }
+  for (int stride = 4;; stride *= 2) {
+    const Extent extent = sampled_extent(full, stride);
+    if (std::min(extent.width, extent.height) <= fewest_sites) {
+      return extents;
+    }
+    extents.push_back(extent);
+  }
+}
+
+bool is_fair_start(const Level& full, Extent extent) {
+  std::size_t sites = 0;
+  std::size_t same_modulus = 0;
+  std::size_t observed = 0;
+  std::size_t still_observed = 0;
+  for (const auto& [row, to_row] : looked_at(extent.height, full.extent.height)) {
+    for (const auto& [column, to_column] : looked_at(extent.width, full.extent.width)) {
+      const std::size_t at = full.extent.index(column, row);
+      const std::size_t there = full.extent.index(to_column, to_row);
+      ++sites;
+      same_modulus += full.modulus.values[at] == full.modulus.values[there] ? 1 : 0;
+      for (std::size_t axis = 0; axis < full.extent.axes(); ++axis) {
+        const std::vector<float>& confidence = full.confidence[axis];
+        observed += confidence[at] > 0.0F ? 1 : 0;
+        still_observed += confidence[at] > 0.0F && confidence[there] > 0.0F ? 1 : 0;
+      }
+    }
+  }
+  return 10 * same_modulus >= 9 * sites && 2 * still_observed >= observed;
+}
+
+BlockModuli block_moduli(const ScalarField& modulus, const ScalarField& inverse_modulus, Extent sampled) {
+  const Extent full = modulus.extent;
+  const std::vector<Share> columns = shares(sampled.width, full.width);
+  const std::vector<Share> rows = shares(sampled.height, full.height);
+  BlockModuli result{.mean = ScalarField(sampled), .inverse_mean = ScalarField(sampled)};
+  const auto width = static_cast<std::size_t>(full.width);
+#pragma omp parallel if (full.sites() > sites_worth_threads)
+  {
+    std::vector<float> sums(width);
+#pragma omp for schedule(static)
+    for (int y = 0; y < sampled.height; ++y) {
+      const Share& row = rows[static_cast<std::size_t>(y)];
+      const auto average = [&](const std::vector<float>& from, float* to) {
+        std::ranges::fill(sums, 0.0F);
+        for (int v = row.first; v <= row.last; ++v) {
+          const float* values = from.data() + full.index(0, v);
+          const float share = row.of(v);
+#pragma omp simd
+          for (std::size_t u = 0; u < width; ++u) {
+            sums[u] += share * values[u];
+          }
+        }
+        for (const Share& column : columns) {
+          float sum = 0.0F;
+          for (int u = column.first; u <= column.last; ++u) {
+            sum += column.of(u) * sums[static_cast<std::size_t>(u)];
+          }
+          *to++ = sum / (row.length() * column.length());
+        }
+      };
+      average(modulus.values, result.mean.values.data() + sampled.index(0, y));
+      average(inverse_modulus.values, result.inverse_mean.values.data() + sampled.index(0, y));
+    }
+  }
+  return result;
+}
+
+double largest_mixture(const BlockModuli& blocks) {
+  const std::vector<float>& upper = blocks.mean.values;
+  const std::vector<float>& inverse_lower = blocks.inverse_mean.values;
+  float largest = 1.0F;
+#pragma omp simd reduction(max : largest)
+  for (std::size_t i = 0; i < upper.size(); ++i) {
+    largest = std::max(largest, upper[i] * inverse_lower[i]);
+  }
+  return static_cast<double>(largest);
+}
+
+Level sampled_image(const Level& full, const BlockModuli& blocks, BlockMean mean) {
+  Level level = sample_level(full, blocks.mean.extent, sampled_alignment);
+  level.modulus = blocks.mean;
+  if (mean == BlockMean::geometric) {
+    std::ranges::transform(blocks.mean.values, blocks.inverse_mean.values, level.modulus.values.begin(),
+                           [](float upper, float inverse_lower) { return std::sqrt(upper / inverse_lower); });
+  }
+  set_inverse_modulus(level);
+  return level;
+}
+
+Interpolated interpolate_to_image(const VectorField& coarse, const Level& sampled, const Level& full) {
+  const Extent extent = full.extent;
+  const Extent sites = coarse.extent;
+  const Projection projection({coarse[0].data(), coarse[1].data()}, sites, extent, sampled_alignment);
+  const std::vector<Interpolation> columns = interpolations(sites.width, extent.width, sampled_alignment);
+  const std::vector<Interpolation> rows = interpolations(sites.height, extent.height, sampled_alignment);
+  Interpolated result;
+  result.field.extent = extent;
+#pragma omp parallel for if (extent.sites() >                                                                \
+                             sites_worth_threads) // to fill them with 0 takes a third of the time
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    result.field[axis].resize(extent.sites());
+  }
+  std::vector<Imposed> of_rows(rows.size()); // added up in their order, so that threads do not change the sum
+#pragma omp parallel if (extent.sites() > sites_worth_threads)
+  {
+    Projection::CoarseRows coarse_rows;
+#pragma omp for schedule(static)
+    for (int y = 0; y < extent.height; ++y) {
+      Imposed& own = of_rows[static_cast<std::size_t>(y)];
+      const Interpolation& row = rows[static_cast<std::size_t>(y)];
+      projection.row(y, coarse_rows, {result.field[0].data(), result.field[1].data()});
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        const auto is_known = [&](int column) {
+          return sampled.confidence[axis][sites.index(column, row.first)] > 0.0F ||
+                 sampled.confidence[axis][sites.index(column, row.second)] > 0.0F;
+        };
+        for (std::size_t x = 0; x < columns.size(); ++x) {
+          const std::size_t site = extent.index(0, y) + x;
+          const float confidence = full.confidence[axis][site];
+          if (!(confidence > 0.0F)) {
+            continue;
+          }
+          const float gap = std::abs(full.target[axis][site] - result.field[axis][site]);
+          own.squares += static_cast<double>(gap) * static_cast<double>(gap);
+          ++own.count;
+          own.has_springs = own.has_springs || confidence < 1.0F;
+          if (!is_known(columns[x].first) && !is_known(columns[x].second)) {
+            own.largest_unknown_gap = std::max(own.largest_unknown_gap, gap);
+          }
+          result.field[axis][site] = full.target[axis][site];
+        }
+      }
+    }
+  }
+  for (const Imposed& row : of_rows) {
+    result.imposed.add(row);
+  }
+  return result;
+}
+
+} // namespace hdmbench
