@@ -142,7 +142,8 @@ private:
     constants.response.bind(response);
     (call.kernel.step == ElasticStep::solve ? *inverse_ : *matrices_).bind(matrices);
     texture(call.to).draw_into();
-    quad_.draw(call.to.slot < elastic_slots ? 1 : 0, {p.to.width, p.to.height});
+    const GLint margin = call.to.slot < elastic_slots ? 1 : 0;
+    quad_.draw({margin, margin}, {p.to.width, p.to.height});
   }
 
   [[nodiscard]] Target& texture(ElasticArray array) {
