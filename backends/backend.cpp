@@ -63,9 +63,6 @@ void Session::require_supported(const Level& level) const {
   if (level.update == Update::sequential && !sequential_) {
     throw DeviceError(fmt::format("{} cannot update sequentially, only scalar can", backend_));
   }
-  if (level.extent.axes() > 2 && !volumes_) {
-    throw DeviceError(fmt::format("{} computes images only; take openmp or scalar for a volume", backend_));
-  }
 }
 
 void Session::load(const Level& level) {
@@ -190,13 +187,11 @@ std::unique_ptr<Session> Backend::open(const SessionOptions& options) const {
   const auto open_one = [this, index = choose(name(), devices(), options.device), options] {
     std::unique_ptr<Session> part = do_open(index, options);
     part->sequential_ = supports(Update::sequential);
-    part->volumes_ = takes_volumes();
     return part;
   };
   std::unique_ptr<Session> session = std::make_unique<CutSession>(open_one);
   session->backend_ = name();
   session->sequential_ = supports(Update::sequential);
-  session->volumes_ = takes_volumes();
   return session;
 }
 

@@ -135,7 +135,6 @@ private:
 
   std::string backend_;     ///< name of the backend that opened this session, for errors; empty: no name
   bool sequential_ = false; ///< whether that backend supports sequential updates
-  bool volumes_ = false;    ///< whether it takes volumes
   std::optional<Extent> extent_;
   std::optional<Pyramid> pyramid_; ///< where load(pyramid) was the last load
   bool written_ = false;
@@ -151,8 +150,6 @@ public:
   /// One line for people: language and interface.
   [[nodiscard]] virtual std::string_view description() const = 0;
   [[nodiscard]] virtual bool supports(Update update) const { return update != Update::sequential; }
-  /// Whether it computes volumes; all compute images.
-  [[nodiscard]] virtual bool takes_volumes() const { return false; }
   /// The devices present, at least one. Throws DeviceError with one sentence that says why there is none.
   [[nodiscard]] virtual std::vector<Device> devices() const = 0;
   /// An image that is too large for the device is cut into pieces, for which load() opens further sessions:
@@ -172,8 +169,6 @@ public:
   [[nodiscard]] virtual double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const { return 0.0; }
   /// Whether open_elastic() opens anything.
   [[nodiscard]] virtual bool has_elastic() const { return false; }
-  /// Whether that session takes volumes, too.
-  [[nodiscard]] virtual bool has_elastic_volumes() const { return false; }
   /// A session for the elastic energy (backends/shared/elastic_session.hpp); null where this backend has
   /// none. Throws DeviceError, as the session does, with the backend's name in front.
   [[nodiscard]] std::unique_ptr<ElasticSession> open_elastic(const SessionOptions& options) const;

@@ -73,9 +73,9 @@ TEST(Shaders, AreStrictGlsl) {
   for (const ShaderConstants constants : {ShaderConstants{0, 1, 5}, ShaderConstants{0, 2, 16},
                                           ShaderConstants{1, 2, 1}, ShaderConstants{3, 4, 5}}) {
     for (const std::size_t tile_class : {std::size_t{0}, general_class}) {
-      texts.emplace_back("sweep.frag", gl::sweep_text(constants, tile_class));
       texts.emplace_back("pairs.frag", gl::sweep_text(constants, tile_class, StepSet().padded()));
       for (const std::size_t axes : {2, 3}) {
+        texts.emplace_back("sweep.frag", gl::sweep_text(constants, tile_class, {}, axes));
         texts.emplace_back("sweep.comp", gl::compute_text(sweep_kind(constants, tile_class, axes)));
       }
     }
@@ -86,8 +86,8 @@ TEST(Shaders, AreStrictGlsl) {
                                  .has_load = step % 2 == 0,
                                  .is_image = is_image,
                                  .has_masked = !is_image};
-      texts.emplace_back("elastic.frag", gl::elastic_fragment_text(kernel));
       for (const std::size_t axes : {2, 3}) {
+        texts.emplace_back("elastic.frag", gl::elastic_fragment_text(kernel, axes));
         kinds.push_back({.kernel = Kernel::elastic,
                          .constants = {{"TOGETHER", step == static_cast<int>(ElasticStep::squares)},
                                        {"STEP", step},

@@ -58,9 +58,7 @@ public:
   std::vector<Device> devices() const override { return {cpu_device("1 thread")}; }
   int threads(const SessionOptions& /*options*/) const override { return 1; }
   bool skips() const override { return false; }
-  bool takes_volumes() const override { return true; }
   bool has_elastic() const override { return true; }
-  bool has_elastic_volumes() const override { return true; }
   /// Displacement there and back, target, confidence, modulus and its inverse.
   double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const override { return 8 + 8 + 8 + 8 + 4 + 4; }
 

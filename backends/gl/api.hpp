@@ -137,6 +137,7 @@ struct Api {
   HDMBENCH_GL(Uniform1i);
   HDMBENCH_GL(Uniform1iv);
   HDMBENCH_GL(Uniform2f);
+  HDMBENCH_GL(Uniform3f);
   HDMBENCH_GL(Uniform4f);
   HDMBENCH_GL(UseProgram);
   HDMBENCH_GL(VertexAttribPointer);

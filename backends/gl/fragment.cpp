@@ -47,11 +47,15 @@ public:
   void load(const Level& level) {
     require_fits(level.extent);
     level_.reset(); // before the new one, so that both need not fit
-    const Texels texels{.columns = level.rule == Rule::steps && vertex_textures_ ? 2 : 1};
+    const bool is_volume = level.extent.axes() == 3;
+    const Texels texels{.columns = level.rule == Rule::steps && vertex_textures_ && !is_volume ? 2 : 1};
     std::vector<GLfloat> second;
     if (texels.columns == 2) {
       pixels_ = interleaved({level.target[0], level.target[1], level.confidence[0], level.confidence[1]});
       second = interleaved_pairs(level.inverse_modulus.values, level.modulus.values, level.extent);
+    } else if (is_volume) {
+      pixels_ = interleaved({level.target[0], level.target[1], level.target[2], level.modulus.values});
+      second = interleaved({level.confidence[0], level.confidence[1], level.confidence[2], {}});
     } else {
       pixels_ =
           interleaved({level.target[0], level.target[1], level.modulus.values, level.inverse_modulus.values});
@@ -68,6 +72,8 @@ public:
     FragmentLevel& level = *level_;
     if (level.texels.columns == 2) {
       pixels_ = interleaved_pairs(displacement[0], displacement[1], displacement.extent);
+    } else if (displacement.extent.axes() == 3) {
+      pixels_ = interleaved({displacement[0], displacement[1], displacement[2], inverse_modulus_});
     } else { // b is what thesis Tab. 6.2 leaves free
       pixels_ = interleaved({displacement[0], displacement[1], inverse_modulus_, {}});
     }
@@ -86,15 +92,15 @@ public:
     FragmentLevel& level = *level_;
     const Extent texels = level.texels.of(extent);
     pixels_.resize(4 * texels.sites());
-    level.now().draw_into();
-    gl_.ReadPixels(0, 0, texels.width, texels.height, GL_RGBA, GL_FLOAT, pixels_.data());
+    level.now().read(0, texels, pixels_.data());
     const auto pitch = 4 * static_cast<std::size_t>(texels.width);
     const auto step = 4 / static_cast<std::size_t>(level.texels.columns);
     std::size_t i = 0;
     for (std::size_t row = 0; row < pixels_.size(); row += pitch) {
       for (std::size_t at = row; at < row + step * static_cast<std::size_t>(extent.width); at += step) {
-        displacement[0][i] = pixels_[at];
-        displacement[1][i] = pixels_[at + 1];
+        for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+          displacement[axis][i] = pixels_[at + axis];
+        }
         ++i;
       }
     }
@@ -107,7 +113,9 @@ public:
     level.other().bind(previous_unit);
     gl_.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, count_framebuffer_.name());
     gl_.BeginQuery(GL_SAMPLES_PASSED, query_.name());
-    quad_.draw(0, level.header.extent);
+    for (int slice = 0; slice < level.header.extent.depth; ++slice) {
+      quad_.draw(level.now().corner(slice), level.header.extent);
+    }
     gl_.EndQuery(GL_SAMPLES_PASSED);
     GLuint passed = 0;
     gl_.GetQueryObjectuiv(query_.name(), GL_QUERY_RESULT, &passed);
@@ -118,9 +126,13 @@ private:
   void require_fits(Extent extent) const {
     GLint limit = 0;
     gl_.GetIntegerv(GL_MAX_RECTANGLE_TEXTURE_SIZE_ARB, &limit);
-    if (extent.width > limit || extent.height > limit) {
-      throw TooLarge(fmt::format("the image is {} x {}, this device's rectangle textures end at {} x {}",
-                                 extent.width, extent.height, limit, limit));
+    const Extent texture = texture_of(extent);
+    if (texture.width > limit || texture.height > limit) {
+      throw TooLarge(fmt::format("{}, this device's rectangle textures end at {} x {}",
+                                 extent.axes() == 3
+                                     ? fmt::format("the slices of {} take {}", extent.text(), texture.text())
+                                     : "the image is " + extent.text(),
+                                 limit, limit));
     }
   }
 
@@ -128,13 +140,17 @@ private:
   /// stiff square of 300 x 300 takes 0.17 s and with this 0.09; circular 0.121 and 0.123, dense 0.117.
   [[nodiscard]] bool leaves_out(const Level& level) const {
     constexpr std::size_t worth_it = std::size_t{128} * 128;
-    return leaves_out_ && changes_spread_by_contact(level) && level.extent.sites() >= worth_it;
+    return leaves_out_ && level.extent.axes() == 2 && changes_spread_by_contact(level) &&
+           level.extent.sites() >= worth_it;
   }
 
   void sweep(FragmentLevel& level, int first, int sweeps) {
     level.constants.second.bind(second_unit);
     if (level.constants.inputs) {
       level.constants.inputs->bind(inputs_unit);
+    }
+    if (level.constants.curvature) {
+      level.constants.curvature->bind(curvature_unit);
     }
     std::vector<const FragmentPrograms::Sweep*> programs;
     for (const FragmentLevel::Draw& draw : level.draws) {
@@ -154,12 +170,23 @@ private:
           const SweepState turn = sweep_state(level.header, number);
           gl_.Uniform4f(programs[i]->turn, turn.colour, turn.strength, turn.number, turn.seed);
         }
-        level.draw_points(level.draws[i]);
+        if (level.header.extent.axes() == 3) {
+          draw_slices(level, programs[i]->slice);
+        } else {
+          level.draw_points(level.draws[i]);
+        }
       }
       level.swap();
       if (level.activity && level.activity->is_due()) {
         find_awake(level);
       }
+    }
+  }
+
+  void draw_slices(const FragmentLevel& level, GLint location) {
+    for (int slice = 0; slice < level.header.extent.depth; ++slice) {
+      gl_.Uniform1f(location, static_cast<GLfloat>(slice));
+      quad_.draw(level.constants.observation.corner(slice), level.header.extent);
     }
   }
 
@@ -174,11 +201,11 @@ private:
     (void)programs_.pass(fmt::format("#define CELLS {}\n", FragmentLevel::cells_along_a_tile));
     level.activity->cells.bind(image_unit);
     level.activity->awake.draw_into();
-    quad_.draw(0, level.grid);
+    quad_.draw({}, level.grid);
   }
 
   void make_count_target() {
-    const Extent extent = level_->header.extent;
+    const Extent extent = texture_of(level_->header.extent);
     gl_.BindRenderbufferEXT(GL_RENDERBUFFER_EXT, count_target_.name());
     gl_.RenderbufferStorageEXT(GL_RENDERBUFFER_EXT, GL_RGBA8, extent.width, extent.height);
     gl_.BindFramebufferEXT(GL_FRAMEBUFFER_EXT, count_framebuffer_.name());
@@ -235,7 +262,7 @@ private:
     source_->bind(image_unit);
     for (int i = 0; i < times; ++i) {
       targets_[static_cast<std::size_t>(i % 2)].draw_into();
-      quad_.draw(0, rows_of(texels));
+      quad_.draw({}, rows_of(texels));
     }
     gl_.Finish();
   }
@@ -260,8 +287,6 @@ private:
 
 /// What DeviceBackend opens. Texels are those of two sites; of one site they have more bytes.
 struct FragmentSource {
-  static constexpr bool takes_volumes = false;
-  static constexpr bool has_elastic_volumes = false;
   std::unique_ptr<Platform> platform;
 
   [[nodiscard]] std::vector<Device> devices() const { return platform->devices(required); }

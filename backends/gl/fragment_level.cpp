@@ -78,6 +78,14 @@ void add_border(Points& points, const TileLists& lists, Extent texels) {
   }
 }
 
+std::optional<Target> make_curvature(const Api& api, const Level& level) {
+  if (level.extent.axes() == 2 || !needs_inverse_curvature(level.rule)) {
+    return std::nullopt;
+  }
+  const VectorField& of = level.inverse_curvature;
+  return Target(api, level.extent, interleaved({of[0], of[1], of[2], {}}).data());
+}
+
 std::optional<Target> make_inputs(const Api& api, const Level& level) {
   if (level.inputs.empty()) {
     return std::nullopt;
@@ -119,13 +127,42 @@ void require_complete(const Api& api) {
   }
 }
 
+int slices_side_by_side(Extent volume) {
+  const auto longer_side = [&](int across) {
+    return std::max(across * volume.width, (volume.depth + across - 1) / across * volume.height);
+  };
+  int best = 1;
+  for (int across = 2; across <= volume.depth; ++across) {
+    best = longer_side(across) < longer_side(best) ? across : best;
+  }
+  return best;
+}
+
+Extent texture_of(Extent volume) {
+  const int across = slices_side_by_side(volume);
+  return {across * volume.width, (volume.depth + across - 1) / across * volume.height};
+}
+
 Target::Target(const Api& api, Extent extent, const GLfloat* pixels)
-    : api_(&api), texture_(api), extent_(extent) {
+    : api_(&api), texture_(api), extent_(extent), across_(slices_side_by_side(extent)) {
   api.BindTexture(GL_TEXTURE_RECTANGLE_ARB, texture_.name());
   api.TexParameteri(GL_TEXTURE_RECTANGLE_ARB, GL_TEXTURE_MIN_FILTER, GL_NEAREST);
   api.TexParameteri(GL_TEXTURE_RECTANGLE_ARB, GL_TEXTURE_MAG_FILTER, GL_NEAREST);
-  api.TexImage2D(GL_TEXTURE_RECTANGLE_ARB, 0, GL_RGBA32F_ARB, extent.width, extent.height, 0, GL_RGBA,
-                 GL_FLOAT, pixels);
+  const Extent texture = texture_of(extent);
+  api.TexImage2D(GL_TEXTURE_RECTANGLE_ARB, 0, GL_RGBA32F_ARB, texture.width, texture.height, 0, GL_RGBA,
+                 GL_FLOAT, extent.depth == 1 ? pixels : nullptr);
+  if (extent.depth > 1 && pixels != nullptr) {
+    upload(pixels);
+  }
+}
+
+Texel Target::corner(int slice) const {
+  return {slice % across_ * extent_.width, slice / across_ * extent_.height};
+}
+
+void Target::tell_slices(GLint location) const {
+  api_->Uniform3f(location, static_cast<GLfloat>(extent_.width), static_cast<GLfloat>(extent_.height),
+                  static_cast<GLfloat>(across_));
 }
 
 void Target::bind(GLint unit) const {
@@ -147,8 +184,20 @@ void Target::draw_into() const {
 
 void Target::upload(const GLfloat* pixels) const {
   api_->BindTexture(GL_TEXTURE_RECTANGLE_ARB, texture_.name());
-  api_->TexSubImage2D(GL_TEXTURE_RECTANGLE_ARB, 0, 0, 0, extent_.width, extent_.height, GL_RGBA, GL_FLOAT,
-                      pixels);
+  for (int slice = 0; slice < extent_.depth; ++slice) {
+    const Texel first = corner(slice);
+    api_->TexSubImage2D(GL_TEXTURE_RECTANGLE_ARB, 0, first.x, first.y, extent_.width, extent_.height, GL_RGBA,
+                        GL_FLOAT, pixels + 4 * extent_.index(0, 0, slice));
+  }
+}
+
+void Target::read(int margin, Extent sites, GLfloat* pixels) const {
+  draw_into();
+  for (int slice = 0; slice < sites.depth; ++slice) {
+    const Texel first = corner(extent_.depth > 1 ? slice + margin : 0);
+    api_->ReadPixels(first.x + margin, first.y + margin, sites.width, sites.height, GL_RGBA, GL_FLOAT,
+                     pixels + 4 * sites.index(0, 0, slice));
+  }
 }
 
 Quad::Quad(const Api& api) : api_(&api), corners_(api) {
@@ -157,8 +206,8 @@ Quad::Quad(const Api& api) : api_(&api), corners_(api) {
   api.BufferData(GL_ARRAY_BUFFER, sizeof(corners), corners.data(), GL_STATIC_DRAW);
 }
 
-void Quad::draw(GLint origin, Extent pixels) const {
-  api_->Viewport(origin, origin, pixels.width, pixels.height);
+void Quad::draw(Texel origin, Extent pixels) const {
+  api_->Viewport(origin.x, origin.y, pixels.width, pixels.height);
   api_->BindBuffer(GL_ARRAY_BUFFER, corners_.name());
   api_->EnableVertexAttribArray(0);
   api_->VertexAttribPointer(0, 2, GL_FLOAT, GL_FALSE, 0, nullptr);
@@ -185,14 +234,19 @@ FragmentLevel::FragmentLevel(const Api& api, const Level& level, Texels texels_,
       grid(tiles_of(texels.of(header.extent), {tile_side, tile_side})),
       constants{.observation = Target(api, header.extent, observation),
                 .second = Target(api, texels.of(header.extent), second),
-                .inputs = make_inputs(api, level)},
+                .inputs = make_inputs(api, level),
+                .curvature = make_curvature(api, level)},
       api_(&api), images_{Target(api, texels.of(header.extent), nullptr),
                           Target(api, texels.of(header.extent), nullptr)},
       vertices_(api) {
   Points points;
-  const TileLists lists = list_tiles(level, texels);
-  add_tiles(points, lists);
-  add_border(points, lists, texels.of(header.extent));
+  if (header.extent.axes() == 3) {
+    points.draws.emplace_back();
+  } else {
+    const TileLists lists = list_tiles(level, texels);
+    add_tiles(points, lists);
+    add_border(points, lists, texels.of(header.extent));
+  }
   draws = points.draws;
   api.BindBuffer(GL_ARRAY_BUFFER, vertices_.name());
   api.BufferData(GL_ARRAY_BUFFER, static_cast<GLsizeiptr>(points.corners.size() * sizeof(GLfloat)),

@@ -10,25 +10,45 @@
 
 namespace hdmbench::gl {
 
-/// A float RGBA rectangle texture that can be fetched from and, once make_drawable() was called, drawn into.
+/// How many slices of a volume lie side by side in a texture: so many that its longer side is as short as can
+/// be. An image is one slice.
+[[nodiscard]] int slices_side_by_side(Extent volume);
+/// The texture of all slices.
+[[nodiscard]] Extent texture_of(Extent volume);
+
+/// A texel of a texture.
+struct Texel {
+  GLint x = 0;
+  GLint y = 0;
+};
+
+/// A float RGBA rectangle texture of an image, or of the slices of a volume, that can be fetched from and,
+/// once make_drawable() was called, drawn into.
 class Target {
 public:
-  /// `pixels`: 4 floats each, or null.
+  /// `pixels`: 4 floats each, slice after slice, or null.
   Target(const Api& api, Extent extent, const GLfloat* pixels);
 
   [[nodiscard]] Extent extent() const { return extent_; }
+  /// Where the slice begins.
+  [[nodiscard]] Texel corner(int slice) const;
+  /// Sets the uniform `slices` of the program in use (kernels/shaders/slices.glsl).
+  void tell_slices(GLint location) const;
   void bind(GLint unit) const;
   /// Makes a framebuffer of it. Throws DeviceError if the driver cannot.
   void make_drawable();
   /// make_drawable() must have been called.
   void draw_into() const;
   void upload(const GLfloat* pixels) const;
+  /// The pixels of `sites`, the first of which has so many texels before it along every axis.
+  void read(int margin, Extent sites, GLfloat* pixels) const;
 
 private:
   const Api* api_;
   Texture texture_;
   std::optional<Framebuffer> framebuffer_;
   Extent extent_;
+  int across_; ///< slices
 };
 
 /// Throws DeviceError unless the framebuffer that is bound can be drawn into.
@@ -38,8 +58,8 @@ void require_complete(const Api& api);
 class Quad {
 public:
   explicit Quad(const Api& api);
-  /// One fragment per pixel from (origin, origin) on. Attribute 0 is then the quad's.
-  void draw(GLint origin, Extent pixels) const;
+  /// One fragment per pixel of a rectangle. Attribute 0 is then the quad's.
+  void draw(Texel origin, Extent pixels) const;
 
 private:
   const Api* api_;
@@ -64,21 +84,22 @@ struct Activity {
 };
 
 /// What a level's fields are as textures. Texels of one site are the thesis's (Tab. 6.1, 6.2): for rules
-/// other than the candidates', whose programs need more of a site, and on devices like its own.
+/// other than the candidates', whose programs need more of a site, for volumes, and on devices like its own.
 struct Texels {
   int columns = 1; ///< sites side by side in a texel of the image: 1 or 2
 
   /// Texels of an image of so many sites; the last column's second site may be beyond it.
   [[nodiscard]] constexpr Extent of(Extent sites) const {
-    return {(sites.width + columns - 1) / columns, sites.height};
+    return {(sites.width + columns - 1) / columns, sites.height, sites.depth};
   }
 };
 
 /// The constants of a level's sites, as the samplers of its sweep have them.
 struct Constants {
-  Target observation;           ///< a texel per site
-  Target second;                ///< texels: confidence, or of pairs material
-  std::optional<Target> inputs; ///< a texel per site; none where the energy has none
+  Target observation;              ///< a texel per site
+  Target second;                   ///< texels: confidence, or of pairs material
+  std::optional<Target> inputs;    ///< a texel per site; none where the energy has none
+  std::optional<Target> curvature; ///< its inverse, of a volume whose rule needs it
 };
 
 /// What a level has on the device.
@@ -121,7 +142,7 @@ public:
   const Texels texels;
   const Extent grid; ///< tiles
   Constants constants;
-  std::vector<Draw> draws; ///< in this order
+  std::vector<Draw> draws; ///< in this order; of a volume one, which has no points but is drawn by slices
   std::optional<Activity> activity;
 
 private:

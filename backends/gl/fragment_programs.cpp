@@ -29,9 +29,10 @@ std::string class_definitions(std::size_t tile_class) {
 } // namespace
 
 std::string sweep_text(const ShaderConstants& constants, std::size_t tile_class,
-                       const std::optional<std::array<float, 16>>& steps) {
+                       const std::optional<std::array<float, 16>>& steps, std::size_t axes) {
   return assemble(sources::sweep_fragment,
                   definitions(constants) + class_definitions(tile_class) +
+                      fmt::format("#define HDM_AXES {}\n", axes) +
                       (steps ? steps_definition(*steps) + "#define PAIRS\n" : ""),
                   *constants.energy);
 }
@@ -41,16 +42,20 @@ const FragmentPrograms::Sweep& FragmentPrograms::sweep(const FragmentLevel& leve
   const Level& header = level.header;
   Key key{.constants = shader_constants(header),
           .tile_class = draw.tile_class,
-          .active = level.activity.has_value()};
+          .active = level.activity.has_value(),
+          .axes = header.extent.axes()};
   if (level.texels.columns == 2) {
     key.steps = header.steps.padded();
   }
   auto found = sweeps_.find(key);
   if (found == sweeps_.end()) {
-    Program made(gl_, {{GL_VERTEX_SHADER, tiles_text(draw.side, key.active)},
-                       {GL_FRAGMENT_SHADER, sweep_text(key.constants, draw.tile_class, key.steps)}});
+    Program made(gl_,
+                 {{GL_VERTEX_SHADER,
+                   key.axes == 3 ? std::string(sources::quad_vertex) : tiles_text(draw.side, key.active)},
+                  {GL_FRAGMENT_SHADER, sweep_text(key.constants, draw.tile_class, key.steps, key.axes)}});
     const GLint turn = made.uniform("turn");
-    found = sweeps_.emplace(key, Sweep{std::move(made), turn}).first;
+    const GLint slice = made.uniform("slice");
+    found = sweeps_.emplace(key, Sweep{std::move(made), turn, slice}).first;
   }
   const Program& program = found->second.program;
   program.use();
@@ -58,8 +63,15 @@ const FragmentPrograms::Sweep& FragmentPrograms::sweep(const FragmentLevel& leve
   gl_.Uniform1i(program.uniform("observation"), observation_unit);
   gl_.Uniform1i(program.uniform(key.steps ? "material" : "confidence"), second_unit);
   gl_.Uniform1i(program.uniform("inputs"), inputs_unit); // -1, ignored, where the energy has none
-  gl_.Uniform2f(program.uniform("dimension"), static_cast<GLfloat>(header.extent.width),
-                static_cast<GLfloat>(header.extent.height));
+  gl_.Uniform1i(program.uniform("curvature"), curvature_unit);
+  const auto [width, height, depth] = header.extent.sides();
+  if (key.axes == 3) {
+    gl_.Uniform3f(program.uniform("dimension"), static_cast<GLfloat>(width), static_cast<GLfloat>(height),
+                  static_cast<GLfloat>(depth));
+    level.constants.observation.tell_slices(program.uniform("slices"));
+  } else {
+    gl_.Uniform2f(program.uniform("dimension"), static_cast<GLfloat>(width), static_cast<GLfloat>(height));
+  }
   gl_.Uniform1f(program.uniform("penalty"), header.penalty);
   if (!key.steps) {
     gl_.Uniform1fv(program.uniform("steps"), header.steps.count(), header.steps.padded().data());

@@ -162,10 +162,7 @@ RankBackend::RankBackend(Ranks& ranks, const std::vector<std::unique_ptr<Backend
   if (ranks.largest(absence_.empty() ? 0.0 : 1.0) > 0.0 && absence_.empty()) {
     absence_ = "another rank has no such device";
   }
-  const auto all_have = [&](bool own) { return ranks.largest(own ? 0.0 : 1.0) == 0.0; };
-  has_elastic_ = all_have(own_.has_elastic());
-  takes_volumes_ = all_have(own_.takes_volumes());
-  has_elastic_volumes_ = all_have(own_.has_elastic_volumes());
+  has_elastic_ = ranks.largest(own_.has_elastic() ? 0.0 : 1.0) == 0.0;
 }
 
 std::vector<Device> RankBackend::devices() const {

@@ -36,8 +36,6 @@ public:
   std::vector<Device> devices() const override;
   int threads(const SessionOptions& /*options*/) const override { return own_.threads(asked_); }
   bool has_elastic() const override { return has_elastic_; }
-  bool takes_volumes() const override { return takes_volumes_; }
-  bool has_elastic_volumes() const override { return has_elastic_volumes_; }
 
   /// "openmp", without the ranks.
   [[nodiscard]] const std::string& backends() const { return backends_; }
@@ -61,8 +59,6 @@ private:
   Device device_;
   std::string absence_; ///< why a rank has no device; empty: each has
   bool has_elastic_ = false;
-  bool takes_volumes_ = false;
-  bool has_elastic_volumes_ = false;
 };
 
 /// Which device a rank opens: "by-rank" is the one that has the rank's number among the ranks of its machine,

@@ -9,7 +9,9 @@
 uniform sampler2DRect image;
 uniform sampler2DRect previous; // the image before the last sweep
 
+#ifdef PAIRS
 #include "two_sites.glsl"
+#endif
 
 #if defined(CELL)
 // Whether the last sweep changed any site of a cell of CELL x CELL texels, a texel per cell. Drawn for the tiles that were
@@ -43,9 +45,12 @@ void main() {
 #elif defined(COUNTS)
 // Lets a fragment pass where the last iteration changed the displacement, a fragment per site: an occlusion query counts.
 void main() {
-  vec2 now = site_in(image, gl_FragCoord.xy);
-  vec2 before = site_in(previous, gl_FragCoord.xy);
-  if (now == before) {
+#ifdef PAIRS
+  bool rests = site_in(image, gl_FragCoord.xy) == site_in(previous, gl_FragCoord.xy);
+#else // what is beside the displacement does not change
+  bool rests = texture2DRect(image, gl_FragCoord.xy) == texture2DRect(previous, gl_FragCoord.xy);
+#endif
+  if (rests) {
     discard;
   }
   gl_FragColor = vec4(1.0);

@@ -2,18 +2,22 @@
 #extension GL_ARB_texture_rectangle : require
 // One sweep as the thesis ran its iterations: GLSL 1.20, float rectangle textures, two of them swapped (Tab. 6.1, 6.2,
 // Alg. 4). Or, where PAIRS is defined, by candidates that are constants in texels of two sites, columns 2i and 2i + 1: two
-// displacements fill a texel, and a fetch costs a rasterizer that runs on the CPU as much as thirty operations. GLSL 1.20
-// has no `precise`: the order in energy.inc must be one that compilers keep.
+// displacements fill a texel, and a fetch costs a rasterizer that runs on the CPU as much as thirty operations. Of a volume
+// a slice is drawn, and a texel has room for a displacement of three numbers. GLSL 1.20 has no `precise`: the order in
+// energy.inc must be one that compilers keep.
 
 #define real float
 #define HDM_FUNCTION
 #define HDM_CONSTANT const
 #define HDM_PRECISE
 
+#include "axes.glsl"
+
 uniform sampler2DRect image;       // rg: displacement, b: 1 / modulus, handed on: a neighbour costs one fetch.
                                    // Of pairs rg, ba: displacement of the first and the second site
 uniform sampler2DRect observation; // a texel per site. rg: target, b: modulus. Of pairs ba: confidence
-uniform vec2 dimension;            // in sites
+                                   // Of a volume rgb and a in both
+uniform Vector dimension;          // in sites
 uniform float penalty;
 uniform vec4 turn;     // colour, strength, number, seed of update.inc's Sweep
 const int rule = RULE; // this and the next two are supplied after #version
@@ -67,28 +71,39 @@ vec3 observation_at(POSITION p) { return vec3(observed_at(p).rg, modulus_at(p));
 vec4 confidence_at(POSITION p) { return vec4(observed_at(p).ba, 0.0, 0.0); }
 
 #else
-#define POSITION vec2
-uniform sampler2DRect confidence; // rg, ba: 1 / curvature where the rule needs it
+#define POSITION Vector
+uniform sampler2DRect confidence; // rg, ba: 1 / curvature where the rule needs it; of a volume rgb
 uniform float steps[16];
 
-vec2 pixel_of(vec2 p) { return p; }
-vec2 displacement_at(vec2 p) { return texture2DRect(image, p).rg; }
-#ifdef HOMOGENEOUS
-float inverse_modulus_at(vec2 p) { return 1.0; }
+#if HDM_AXES > 2
+uniform sampler2DRect curvature; // rgb: 1 / curvature where the rule needs it
+uniform vec3 slices;             // slices.glsl
+uniform float slice;             // that is drawn
+#include "slices.glsl"
+vec2 pixel_of(vec3 p) { return texel_of(p, slices); }
+vec3 site_drawn() { return vec3(gl_FragCoord.xy - texel_of(vec3(0.0, 0.0, slice), slices), slice); }
+vec3 inverse_curvature_at(vec3 p) { return texture2DRect(curvature, pixel_of(p)).rgb; }
 #else
-float inverse_modulus_at(vec2 p) { return texture2DRect(image, p).b; }
+vec2 pixel_of(vec2 p) { return p; }
+vec2 site_drawn() { return gl_FragCoord.xy; }
+#endif
+Vector displacement_at(Vector p) { return texture2DRect(image, pixel_of(p)).COMPONENTS; }
+#ifdef HOMOGENEOUS
+float inverse_modulus_at(Vector p) { return 1.0; }
+#else
+float inverse_modulus_at(Vector p) { return texture2DRect(image, pixel_of(p)).MODULUS; }
 #endif
 #if defined(HOMOGENEOUS) && defined(UNOBSERVED)
-vec3 observation_at(vec2 p) { return vec3(0.0, 0.0, 1.0); }
+WithModulus observation_at(Vector p) { return WithModulus(Vector(0.0), 1.0); }
 #elif defined(HOMOGENEOUS)
-vec3 observation_at(vec2 p) { return vec3(texture2DRect(observation, p).rg, 1.0); }
+WithModulus observation_at(Vector p) { return WithModulus(texture2DRect(observation, pixel_of(p)).COMPONENTS, 1.0); }
 #else
-vec3 observation_at(vec2 p) { return texture2DRect(observation, p).rgb; }
+WithModulus observation_at(Vector p) { return WithModulus(texture2DRect(observation, pixel_of(p))); }
 #endif
 #ifdef UNOBSERVED
-vec4 confidence_at(vec2 p) { return vec4(0.0); }
+vec4 confidence_at(Vector p) { return vec4(0.0); }
 #else
-vec4 confidence_at(vec2 p) { return texture2DRect(confidence, p); }
+vec4 confidence_at(Vector p) { return texture2DRect(confidence, pixel_of(p)); }
 #endif
 #endif
 
@@ -103,10 +118,14 @@ vec4 inputs_at(POSITION p) { return texture2DRect(inputs, pixel_of(p)); }
 #include "gather.glsl"
 
 Displacement swept(POSITION p) {
-  vec2 pixel = pixel_of(p);
+#ifdef PAIRS
+  vec2 place = pixel_of(p);
+#else
+  Vector place = p;
+#endif
   return swept_displacement(rule, colours, observed, gather(p, POSITION(dimension), penalty),
-                            Position(floor(pixel.x), floor(pixel.y)), Sweep(turn.x, turn.y, turn.z, turn.w), steps,
-                            step_count);
+                            Position(floor(place.x), floor(place.y) AND_Z(place.z)), Sweep(turn.x, turn.y, turn.z, turn.w),
+                            steps, step_count);
 }
 
 #if defined(PAIRS) && defined(INTERIOR)
@@ -143,8 +162,12 @@ void main() {
   }
 #endif
 #else
-  Displacement next = swept(gl_FragCoord.xy);
-  vec2 rest = vec2(texture2DRect(image, gl_FragCoord.xy).b, 0.0);
+  Displacement next = swept(site_drawn());
+  vec2 rest = vec2(texture2DRect(image, gl_FragCoord.xy).MODULUS, 0.0);
 #endif
+#if HDM_AXES > 2
+  gl_FragColor = vec4(next.x, next.y, next.z, rest.x);
+#else
   gl_FragColor = vec4(next.x, next.y, rest);
+#endif
 }

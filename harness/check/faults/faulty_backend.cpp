@@ -170,9 +170,7 @@ public:
   std::string_view name() const override { return "fused"; }
   std::string_view description() const override { return "plain C++ with fused multiply-adds"; }
   std::vector<Device> devices() const override { return {cpu_device("1 thread")}; }
-  bool takes_volumes() const override { return true; }
   bool has_elastic() const override { return true; }
-  bool has_elastic_volumes() const override { return true; }
 
 private:
   std::unique_ptr<Session> do_open(std::size_t /*index*/, const SessionOptions& /*options*/) const override {

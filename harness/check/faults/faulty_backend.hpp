@@ -58,9 +58,7 @@ public:
   std::string_view description() const override { return "planted fault"; }
   bool supports(Update update) const override { return sound_.supports(update); }
   std::vector<Device> devices() const override { return sound_.devices(); }
-  bool takes_volumes() const override { return sound_.takes_volumes(); }
   bool has_elastic() const override { return sound_.has_elastic(); }
-  bool has_elastic_volumes() const override { return sound_.has_elastic_volumes(); }
 
 private:
   std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& options) const override;
