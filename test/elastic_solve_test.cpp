@@ -19,7 +19,7 @@ ReferenceField truth_of(const Level& level, double poisson) {
   return solve_finite_elements(elastic_problem(level), ElementRule::of(level.extent, poisson));
 }
 
-/// Pixels from the truth after full multigrid and at most `steps` of conjugate gradients.
+/// Sites from the truth after full multigrid and at most `steps` of conjugate gradients.
 double solved(const Level& level, double poisson, int steps) {
   const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
   ElasticSolver solver(level, poisson, *session);
@@ -27,7 +27,7 @@ double solved(const Level& level, double poisson, int steps) {
   for (int i = 0; i < steps && !solver.conjugate_gradients().ended; ++i) {
   }
   const VectorField found = solver.displacement();
-  for (const std::size_t axis : {0, 1}) {
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
     for (std::size_t i = 0; i < level.extent.sites(); ++i) { // conditions stand to the bit
       EXPECT_TRUE(level.confidence[axis][i] < 1.0F || found[axis][i] == level.target[axis][i]) << i;
     }
@@ -48,14 +48,19 @@ TEST(ElasticSolve, ConvergesWhateverTheTissue) {
     for (const Held held : test::all_held) {
       for (const double contrast : {1.0, 10.0, 1000.0}) {
         for (const double poisson : {0.0, 0.3, 0.49}) {
-          const Level level = elastic_level({49, 38}, tissue, held, contrast, 5);
+          const std::string what =
+              fmt::format("tissue {}, held {}, contrast {}, Poisson's ratio {}", static_cast<int>(tissue),
+                          static_cast<int>(held), contrast, poisson);
           const int steps = contrast == 1.0            ? (held == Held::springs ? 12 : 6)
                             : contrast == 10.0         ? 10
                             : tissue == Tissue::layers ? 70
                                                        : 30;
-          EXPECT_LT(solved(level, poisson, steps), 1e-4)
-              << "tissue " << static_cast<int>(tissue) << ", held " << static_cast<int>(held) << ", contrast "
-              << contrast << ", Poisson ratio " << poisson;
+          EXPECT_LT(solved(elastic_level({49, 38}, tissue, held, contrast, 5), poisson, steps), 1e-4) << what;
+          // A force in the stiffest tissue is rounded by this, and a spring in the softest one carries it.
+          const double rounding = held == Held::springs ? 5.0 * 0x1p-23 * contrast : 0.0;
+          EXPECT_LT(solved(elastic_level({9, 8, 11}, tissue, held, contrast, 8), poisson, 200),
+                    1e-4 + rounding)
+              << what;
         }
       }
     }

@@ -19,7 +19,8 @@ namespace {
 using namespace test;
 using testing::HasSubstr;
 
-// Checks as functions that return an error figure, so that each can be shown to fail on a planted mistake.
+// The check by a manufactured solution returns an error figure, so that it can be shown to fail on a planted
+// mistake.
 
 using Displacement = std::function<Point(const Point&)>;
 
@@ -37,7 +38,6 @@ double largest_difference(const ReferenceField& a, const ReferenceField& b) {
   return largest;
 }
 
-/// The first and the fourth are rigid motions.
 const std::vector<Displacement> affine_fields{
     [](const Point&) {
       return Point{3.0, -2.0, 1.0};
@@ -156,37 +156,6 @@ double observed_order(const ElementRule& rule, double nu, int finest, bool varyi
 constexpr Extent small_sheet{6, 4};
 constexpr Extent small_block{6, 4, 3};
 
-/// Twice the energies of stretch, shear and bending of a sheet or block against their closed forms, relative.
-double energy_error(Extent extent, const ElementRule& rule, double nu) {
-  const double modulus = 7.0;
-  const double size = 5.0 * 3.0 * std::max(1, extent.depth - 1);
-  const double lame = modulus * lame_of(extent.axes(), nu);
-  const double shear = modulus / (2.0 * (1.0 + nu));
-  const double straight = lame + 2.0 * shear;
-  struct Case {
-    Displacement displacement;
-    double expected;
-  };
-  // Bending in x * y: strain xx = y and shear x; the means of x^2 and y^2 over the sheet are 25/3 and 9/3.
-  const std::vector<Case> cases{
-      {[](const Point& at) { return Point{0.1 * at[0]}; }, straight * 0.01},
-      {[](const Point& at) {
-         return Point{0.1 * at[0], 0.2 * at[1]};
-       },
-       straight * (0.01 + 0.04) + 2.0 * lame * 0.02},
-      {[](const Point& at) { return Point{0.1 * at[1]}; }, shear * 0.01},
-      {[](const Point& at) { return Point{at[0] * at[1]}; }, straight * 9.0 / 3.0 + shear * 25.0 / 3.0},
-  };
-  double largest = 0.0;
-  for (const Case& c : cases) {
-    const ElasticProblem problem = clamped_body(
-        extent, [&](const Point&) { return modulus; }, c.displacement);
-    const double energy = elastic_energy(problem, rule, problem.prescribed);
-    largest = std::max(largest, std::abs(energy / (c.expected * size) - 1.0));
-  }
-  return largest;
-}
-
 double random_modulus(const Point&) {
   static std::mt19937 engine(7);
   return std::pow(1000.0, static_cast<double>(engine()) * 0x1p-32);
@@ -202,15 +171,6 @@ TEST(FiniteElements, AffineBorderGivesTheAffineField) {
   EXPECT_LT(patch_error({5, 5}, 0.5), 1e-10);
 }
 
-TEST(FiniteElements, RigidMotionsTakeNoEnergy) {
-  for (const Extent extent : {small_sheet, small_block}) {
-    for (const std::size_t rigid : {std::size_t{0}, std::size_t{3}}) {
-      const ElasticProblem problem = clamped_body(extent, random_modulus, affine_fields[rigid]);
-      EXPECT_LT(elastic_energy(problem, ElementRule::of(extent, 0.3), problem.prescribed), 1e-9);
-    }
-  }
-}
-
 TEST(FiniteElements, ManufacturedSolutionsConvergeWithOrderTwo) {
   for (const Extent extent : {small_sheet, small_block}) {
     for (const double nu : {0.0, 0.3}) {
@@ -222,15 +182,6 @@ TEST(FiniteElements, ManufacturedSolutionsConvergeWithOrderTwo) {
     }
   }
   EXPECT_LT(manufactured_error(ElementRule::of(small_sheet, 0.3), 0.3, 65, true), 1e-3);
-}
-
-TEST(FiniteElements, EnergiesAreTheClosedForms) {
-  for (const Extent extent : {small_sheet, small_block}) {
-    for (const double nu : {0.0, 0.3, 0.49}) {
-      EXPECT_LT(energy_error(extent, ElementRule::of(extent, nu), nu), 1e-13);
-    }
-  }
-  EXPECT_LT(energy_error(small_sheet, ElementRule::of(small_sheet, 0.5), 0.5), 1e-13);
 }
 
 TEST(FiniteElements, EveryGaussPointHasTheModulusOfItsPixel) {
@@ -270,14 +221,8 @@ TEST(FiniteElements, PlantedMistakesFailTheChecks) {
     for (const auto& [name, rule] :
          {std::pair{"shear", shear}, std::pair{"coupling", coupling},
           std::pair{"point missing", point_missing}, std::pair{"weights", weights}}) {
-      EXPECT_GT(energy_error(extent, rule, nu), 1e-3) << name;
       EXPECT_LT(observed_order(rule, nu, extent.axes() == 2 ? 33 : 17), 1.0) << name;
     }
-    ElementRule corners = good;
-    for (QuadraturePoint& point : corners.points) {
-      std::ranges::transform(point.at, point.at.begin(), [](double r) { return std::copysign(1.0, r); });
-    }
-    EXPECT_GT(energy_error(extent, corners, nu), 1e-3);
   }
 }
 
@@ -303,27 +248,6 @@ TEST(FiniteElements, ASpringSharesTheWayWithTheTissue) {
       EXPECT_NEAR(field[0][1], spring / (spring + 2.0 / static_cast<double>(extent.sites())), 1e-6);
     }
   }
-}
-
-TEST(FiniteElements, ObservedComponentsAreKept) {
-  Level level = random_problem({20, 15}, Texture::smooth, 3).level;
-  for (auto* const confidences : {&level.confidence[0], &level.confidence[1]}) {
-    std::ranges::transform(*confidences, confidences->begin(),
-                           [](float confidence) { return confidence > 0.0F ? 1.0F : 0.0F; });
-  }
-  const ReferenceField field =
-      solve_finite_elements(elastic_problem(level), ElementRule::of(level.extent, 0.3));
-  int kept = 0;
-  for (std::size_t i = 0; i < level.extent.sites(); ++i) {
-    if (level.confidence[0][i] > 0.0F) {
-      EXPECT_EQ(field[0][i], static_cast<double>(level.target[0][i]));
-      ++kept;
-    }
-    if (level.confidence[1][i] > 0.0F) {
-      EXPECT_EQ(field[1][i], static_cast<double>(level.target[1][i]));
-    }
-  }
-  EXPECT_GT(kept, 20);
 }
 
 std::string refusal(const std::function<void(ElasticProblem&)>& spoil, Extent extent = {4, 3}) {

@@ -1,0 +1,161 @@
+// The elastic energy of images and volumes: the specification against finite elements in double, the levels
+// against the products that define them, and how far a sweep may go.
+
+#include "harness/check/cases.hpp"
+#include "kernels/data/elastic/set_up.hpp"
+#include "reference/finite_elements.hpp"
+#include "test/sessions.hpp"
+
+#include <Eigen/Eigenvalues>
+
+namespace hdmbench {
+namespace {
+
+using test::elastic_level;
+using test::Held;
+using test::Tissue;
+
+double product(const VectorField& a, const VectorField& b) {
+  double sum = 0.0;
+  for (std::size_t axis = 0; axis < a.extent.axes(); ++axis) {
+    sum = std::inner_product(a[axis].begin(), a[axis].end(), b[axis].begin(), sum);
+  }
+  return sum;
+}
+
+/// The field of a level that moves only where it may: 0 where nothing responds.
+VectorField free_field(const ElasticLevel& level, std::uint64_t seed) {
+  VectorField field = test::random_field(level.grid.sites, seed);
+  const std::size_t axes = field.extent.axes();
+  for_each_site(field.extent, [&](int x, int y, int z) {
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      if (!(level.response[symmetric_entry(axes, axis, axis)][level.grid.index(x, y, z)] > 0.0F)) {
+        field[axis][field.extent.index(x, y, z)] = 0.0F;
+      }
+    }
+  });
+  return field;
+}
+
+struct Body {
+  Extent extent;
+  std::vector<double> poisson; ///< ratios
+};
+const std::array bodies{Body{{47, 39}, {-0.5, 0.0, 0.3, 0.49, 0.5}}, Body{{16, 18, 17}, {0.0, 0.3, 0.49}}};
+
+TEST(ElasticLevels, EnergyOfTheImageIsThatOfFiniteElements) {
+  std::vector<Body> all(bodies.begin(), bodies.end());
+  all.push_back({{2, 2}, {0.3}});
+  for (const Extent extent : odd_volumes()) {
+    all.push_back({extent, {0.3}});
+  }
+  for (const auto& [extent, ratios] : all) {
+    for (const double poisson : ratios) {
+      const Level level = elastic_level(extent, Tissue::noise, Held::scattered, 100.0, 3);
+      const ElasticHierarchy hierarchy = make_elastic_hierarchy(level, poisson);
+      const auto session = test::scalar().open_elastic({});
+      session->load(hierarchy);
+      const VectorField field = free_field(hierarchy.levels.front(), 5);
+      session->write(0, ElasticField::displacement, field);
+      session->forces(ElasticField::displacement, ElasticField::image);
+      VectorField forces;
+      session->read(0, ElasticField::image, forces);
+      const double energy =
+          elastic_energy(elastic_problem(level), ElementRule::of(extent, poisson), ReferenceField(field));
+      EXPECT_NEAR(-product(field, forces) / force_unit(extent.axes(), poisson), energy, 1e-5 * energy)
+          << extent.text() << ", Poisson's ratio " << poisson;
+    }
+  }
+}
+
+/// What the forces of `field` on level `at` are to the next level. A sweep tells the forces' sign only, so
+/// that they are read where they are restricted to.
+VectorField restricted_forces(ElasticSession& session, int at, const VectorField& field) {
+  session.write(at, ElasticField::correction, field);
+  session.write(at, ElasticField::load, VectorField(field.extent));
+  session.restrict_residual(at, ElasticField::correction);
+  VectorField restricted;
+  session.read(at + 1, ElasticField::load, restricted);
+  return restricted;
+}
+
+/// What a level's forces do to a field is what the finer level's do to its interpolation.
+TEST(ElasticLevels, CoarseOnesAreGalerkinProducts) {
+  for (const auto& [extent, ratios] : bodies) {
+    for (const double poisson : ratios) {
+      for (const Held held : test::all_held) {
+        const Level level = elastic_level(extent, Tissue::noise, held, 100.0, 4);
+        const ElasticHierarchy hierarchy = make_elastic_hierarchy(level, poisson);
+        const auto session = test::scalar().open_elastic({});
+        session->load(hierarchy);
+        ASSERT_GT(hierarchy.levels.size(), 3U);
+        for (int at = 1; at + 1 < std::ssize(hierarchy.levels); ++at) {
+          const VectorField coarse = free_field(hierarchy.levels[static_cast<std::size_t>(at)], 7);
+          session->write(at, ElasticField::correction, coarse);
+          session->interpolate(at - 1);
+          VectorField fine;
+          session->read(at - 1, ElasticField::correction, fine);
+          // P' K P u from the finer level, restricted once more; and from the level itself.
+          session->write(at, ElasticField::load, restricted_forces(*session, at - 1, fine));
+          session->restrict_load(at);
+          VectorField expected;
+          session->read(at + 1, ElasticField::load, expected);
+          const VectorField found = restricted_forces(*session, at, coarse);
+          EXPECT_LT(compare(expected, found).largest, 1e-5 * double{largest_magnitude(expected)})
+              << extent.text() << ", level " << at << ", held " << static_cast<int>(held)
+              << ", Poisson's ratio " << poisson;
+        }
+      }
+    }
+  }
+}
+
+/// The largest eigenvalue of what a sweep takes the forces of one cell's corners times, which no other cell
+/// holds: a wave grows where it is above 2, and that of a body is not larger than that of its worst cell.
+double stiffest_wave(const Level& cell, double poisson) {
+  const ElasticHierarchy hierarchy = make_elastic_hierarchy(cell, poisson);
+  const ElasticLevel& level = hierarchy.levels.front();
+  const CellMatrix matrix = cell_matrix(level, level.grid.index(0, 0), hierarchy);
+  const auto size = static_cast<Eigen::Index>(matrix.components);
+  const auto axes = static_cast<Eigen::Index>(matrix.axes);
+  const Eigen::MatrixXd stiffness = Eigen::MatrixXd::NullaryExpr(size, size, [&](auto row, auto column) {
+    return matrix.at(static_cast<std::size_t>(row), static_cast<std::size_t>(column));
+  });
+  Eigen::MatrixXd blocks = Eigen::MatrixXd::Zero(size, size); // the inverses of the responses
+  for (std::size_t corner = 0; corner < cell.extent.sites(); ++corner) {
+    const std::size_t at = level.grid.index(0, 0) + level.grid.to_corner(corner);
+    const Eigen::MatrixXd response = Eigen::MatrixXd::NullaryExpr(axes, axes, [&](auto row, auto column) {
+      const std::size_t entry =
+          symmetric_entry(matrix.axes, static_cast<std::size_t>(row), static_cast<std::size_t>(column));
+      return double{level.response[entry][at]};
+    });
+    const auto first = static_cast<Eigen::Index>(corner) * axes;
+    blocks.block(first, first, axes, axes) = response.inverse();
+  }
+  return Eigen::GeneralizedSelfAdjointEigenSolver<Eigen::MatrixXd>(stiffness, blocks)
+      .eigenvalues()
+      .maxCoeff();
+}
+
+/// One corner that is a thousand times stiffer than the others is an image's worst.
+TEST(ElasticLevels, SweepsOfTheImageLetNoWaveGrow) {
+  for (const Extent extent : {Extent{2, 2}, {2, 2, 2}}) {
+    for (const double poisson : {0.0, 0.3, 0.49}) {
+      test::Uniform uniform(6);
+      double worst = 0.0;
+      for (int round = 0; round < 300; ++round) {
+        Level cell = test::plain_level(extent);
+        std::ranges::generate(cell.modulus.values, [&] {
+          return uniform() < 0.5 ? 1.0F : static_cast<float>(std::pow(1000.0, uniform()));
+        });
+        worst = std::max(worst, stiffest_wave(cell, poisson));
+      }
+      EXPECT_LT(worst, 2.0) << extent.text() << ", Poisson's ratio " << poisson;
+      EXPECT_GT(worst, 1.7) << extent.text() << ", Poisson's ratio " << poisson
+                            << ": they go less than they might";
+    }
+  }
+}
+
+} // namespace
+} // namespace hdmbench
