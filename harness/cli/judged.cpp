@@ -309,12 +309,6 @@ const Option<bool> pictures(
     "--pictures",
     "The displacement is not given: Algorithm 6 finds it in pictures that do not show the inclusion");
 
-/// What one of the two things that rivals does comes to.
-struct Found {
-  const char* command; ///< as result files call it
-  json rows;
-};
-
 /// For `register` and `detect`.
 void write_pair(const std::filesystem::path& folder, const Scene& scene, const PlantedPair& pair,
                 std::string_view what) {
@@ -327,7 +321,7 @@ void write_pair(const std::filesystem::path& folder, const Scene& scene, const P
   fmt::print("  {}: source, target, region and truth (pixels) of {}\n\n", folder.string(), what);
 }
 
-Found compare(const Call& call, const Scene& scene, const Backend& backend, Progress& progress) {
+json compare(const Call& call, const Scene& scene, const Backend& backend, Progress& progress) {
   json all = json::array();
   for (const std::string& name : call[kinds]) {
     const PlantedOptions options{
@@ -342,10 +336,10 @@ Found compare(const Call& call, const Scene& scene, const Backend& backend, Prog
                options.seed, table_text(rows, "method|tissue|tissue_95:95 %|region|dice:Dice|folds|seconds"));
     all.insert(all.end(), rows.begin(), rows.end());
   }
-  return {"rivals", std::move(all)};
+  return all;
 }
 
-Found look(const Call& call, const Scene& scene, const Backend& backend, Progress& progress) {
+json look(const Call& call, const Scene& scene, const Backend& backend, Progress& progress) {
   const auto session = backend.open_elastic(call.session());
   progress.set_total(2.0 * call[detection]);
   progress.describe(fmt::format("rivals {}: planted inclusions", scene.name));
@@ -378,11 +372,12 @@ Found look(const Call& call, const Scene& scene, const Backend& backend, Progres
                       "  error of the position {distance:.2f} px, contrast found over the true one "
                       "{found_share:.2f}, medians\n",
                       detection_figures(rows)));
-  return {"roc", std::move(rows)};
+  return rows;
 }
 
 int run_rivals(Call& call) {
-  if (call[detection] > 0 && !call[pictures]) {
+  const bool detects = call[detection] > 0;
+  if (detects && !call[pictures]) {
     refuse_idle(*call.command, {"--output"}, "only pictures are written; with --detection give --pictures");
   }
   const Scene scene = scene_of(call);
@@ -392,9 +387,7 @@ int run_rivals(Call& call) {
     throw InputError(fmt::format("{} has no elastic energy", backend.name()));
   }
   Progress progress;
-  const auto& run = call[detection] > 0 ? look : compare;
-  Found found = run(call, scene, backend, progress);
-  call.write(std::move(found.rows), found.command);
+  call.write((detects ? look : compare)(call, scene, backend, progress), detects ? "roc" : "rivals");
   return success;
 }
 
