@@ -11,6 +11,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <sstream>
 #include <utility>
 
 namespace hdmbench::commands {
@@ -19,44 +20,56 @@ bool Call::speaks() const {
   return ranks == nullptr || ranks->is_first();
 }
 
-void Call::write(nlohmann::json rows, bool quick, std::string_view kind) const {
+SessionOptions Call::session() const {
+  return {.device = (*this)[option::device], .threads = (*this)[option::threads]};
+}
+
+void Call::write(nlohmann::json rows, std::string_view kind) const {
   if (speaks()) {
-    write_results(json, kind.empty() ? command->get_name() : kind, run_context(line, quick), std::move(rows));
+    write_results((*this)[option::json], kind.empty() ? command->get_name() : kind,
+                  run_context(line, (*this)[option::quick]), std::move(rows));
   }
 }
 
 template <typename Value>
-CLI::Option* add_option(CLI::App& command, const std::string& names, Value& variable,
-                        const std::string& help) {
-  return command.add_option(names, variable, help);
-}
-
-CLI::Option* add_flag(CLI::App& command, const std::string& names, bool& variable, const std::string& help) {
-  return command.add_flag(names, variable, help);
-}
-
-CLI::Option* add_output(CLI::App& command, const std::string& names, std::filesystem::path& file,
-                        const std::string& help) {
-  return command.add_option(names, file, help)->type_name("FILE");
-}
-
-CLI::Option* add_output_folder(CLI::App& command, std::filesystem::path& folder, const std::string& help) {
-  return command.add_option("--output", folder, help)->type_name("FOLDER");
-}
-
-CLI::Option* add_json(CLI::App& command, Call& call, const std::string& help) {
-  return add_output(command, "--json", call.json, help);
+void add_option(CLI::App& command, Call& call, const Option<Value>& option) {
+  Value& value = call[option];
+  if constexpr (std::is_same_v<Value, bool>) {
+    command.add_flag(option.names, value, option.help);
+  } else {
+    constexpr bool is_file = std::is_same_v<Value, OutputFile>;
+    constexpr bool is_output = is_file || std::is_same_v<Value, OutputFolder>;
+    using Read = std::conditional_t<is_output, std::filesystem::path, Value>;
+    CLI::Option& added = *command.add_option(option.names, static_cast<Read&>(value), option.help);
+    added.capture_default_str();
+    if (const std::string text = added.get_default_str(); text == "[]" || text == "0") {
+      added.default_str("");
+    }
+    if (!added.get_positional() && added.get_items_expected_max() > 1) {
+      added.delimiter(',');
+    }
+    if (option.count > 0) {
+      added.expected(option.count);
+    }
+    if (!option.check.get_description().empty()) {
+      added.check(option.check);
+    }
+    if (is_output) {
+      added.type_name(is_file ? "FILE" : "FOLDER");
+    }
+  }
 }
 
 // The types that a command may have options of.
-#define HDMBENCH_OPTION_OF(...)                                                                              \
-  template CLI::Option* add_option(CLI::App&, const std::string&, __VA_ARGS__&, const std::string&);
+#define HDMBENCH_OPTION_OF(...) template void add_option(CLI::App&, Call&, const Option<__VA_ARGS__>&);
+HDMBENCH_OPTION_OF(bool)
 HDMBENCH_OPTION_OF(std::string)
 HDMBENCH_OPTION_OF(std::filesystem::path)
+HDMBENCH_OPTION_OF(OutputFile)
+HDMBENCH_OPTION_OF(OutputFolder)
 HDMBENCH_OPTION_OF(int)
 HDMBENCH_OPTION_OF(std::size_t)
 HDMBENCH_OPTION_OF(double)
-HDMBENCH_OPTION_OF(std::optional<std::string>)
 HDMBENCH_OPTION_OF(std::optional<int>)
 HDMBENCH_OPTION_OF(std::optional<double>)
 HDMBENCH_OPTION_OF(std::vector<std::string>)
@@ -65,10 +78,53 @@ HDMBENCH_OPTION_OF(std::vector<int>)
 HDMBENCH_OPTION_OF(std::vector<double>)
 #undef HDMBENCH_OPTION_OF
 
+Options Options::without(std::initializer_list<std::string_view> names) const {
+  Options rest = *this;
+  std::erase_if(rest.all_, [&](const One& one) { return contains(names, one.names); });
+  return rest;
+}
+
+Options Options::under(const char* heading) const {
+  Options moved = *this;
+  std::ranges::for_each(moved.all_, [&](One& one) { one.heading = heading; });
+  return moved;
+}
+
+void Options::add_to(CLI::App& command, Call& call) const {
+  for (const One& one : all_) {
+    command.option_defaults()->group(one.heading);
+    one.add(command, call);
+  }
+}
+
+void add_command(CLI::App& program, Call& call, const char* name, int (*run)(Call& call), const char* help,
+                 const Options& options, const std::vector<std::string>& rules, bool takes_energies) {
+  CLI::App& command = *program.add_subcommand(name, help);
+  options.add_to(command, call);
+  for (const std::string& rule : rules) {
+    std::istringstream words(rule);
+    std::string subject;
+    std::string verb;
+    words >> subject >> verb;
+    CLI::Option& option = *command.get_option(subject);
+    for (std::string other; words >> other;) {
+      verb == "is" ? option.required() : verb == "needs" ? option.needs(other) : option.excludes(other);
+    }
+  }
+  // A map that moves keeps its elements in place, and CLI11 writes to these.
+  command.callback([&, run, takes_energies,
+                    own = std::make_shared<decltype(call.values)>(std::exchange(call.values, {}))] {
+    call.command = &command;
+    call.values = std::move(*own);
+    call.schedule.takes_energies = takes_energies;
+    call.status = run(call);
+  });
+}
+
 /// The heading of the options in a command's help.
 static constexpr const char* schedule_group = "Instead of what the scene says";
 
-std::vector<std::string> schedule_options(const CLI::App& command, const std::vector<std::string>& but) {
+std::vector<std::string> schedule_names(const CLI::App& command, const std::vector<std::string>& but) {
   std::vector<std::string> names;
   for (const CLI::Option* const option : command.get_options()) {
     if (option->get_group() == schedule_group && !contains(but, option->get_name())) {
@@ -85,31 +141,38 @@ static std::string option_of(std::string_view key) {
   return name;
 }
 
-void ScheduleOverrides::add_to(CLI::App& command) {
-  const OptionGroup group(command, schedule_group);
-  if (takes_energy) {
+Options schedule_options(bool takes_energies) {
+  Options all{};
+  const auto add = [&](const std::string& name, const std::string& takes, const std::string& help,
+                       auto take) {
+    all = {all, Options(name, [=](CLI::App& command, Call& call) {
+             const std::function<void(const std::string&)> into = [&call, take](const std::string& value) {
+               take(call.schedule, value);
+             };
+             command.add_option_function(name, into, help)->type_name(takes);
+           })};
+  };
+  if (takes_energies) {
     std::vector<std::string> choices;
     std::ranges::transform(energies(), std::back_inserter(choices), [](const RegisteredEnergy* one) {
       return fmt::format("{} ({})", one->name, one->summary);
     });
-    const auto names = energy_names();
-    const auto take = [this](const std::string& name) { energy = &find_energy(name); };
-    command
-        .add_option_function<std::string>(
-            "--energy", take,
-            fmt::format("What the displacement minimises: {}; a method brings its own",
-                        fmt::join(choices, " or ")))
-        ->check(CLI::IsMember(std::vector<std::string>(names.begin(), names.end())));
+    add("--energy", fmt::format("TEXT:{{{}}}", fmt::join(energy_names(), ",")),
+        fmt::format("What the displacement minimises: {}; a method brings its own",
+                    fmt::join(choices, " or ")),
+        [](ScheduleOverrides& schedule, const std::string& name) { schedule.energy = &find_energy(name); });
   }
-  const auto add = [&](std::string_view key, std::string_view takes, std::string_view help) {
-    const auto take = [this, key](const std::string& value) { given[std::string(key)] = value; };
-    command.add_option_function<std::string>(option_of(key), take, std::string(help))
-        ->type_name(std::string(takes));
+  const auto add_key = [&](std::string_view key, std::string_view takes, std::string_view help) {
+    add(option_of(key), std::string(takes), std::string(help),
+        [key](ScheduleOverrides& schedule, const std::string& value) {
+          schedule.given[std::string(key)] = value;
+        });
   };
-  add("method", "TEXT", "How the scene is solved (see methods)");
+  add_key("method", "TEXT", "How the scene is solved (see methods)");
   for (const ScheduleKey& key : schedule_keys()) {
-    add(key.name, key.takes, key.help);
+    add_key(key.name, key.takes, key.help);
   }
+  return all.under(schedule_group);
 }
 
 void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& other_method) const {
@@ -121,14 +184,14 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
   if (has_method) {
     use_method(scene, find_method(other_method ? *other_method : own_method->second, energy));
   }
-  if (scene.extent().axes() == 3 && !(takes_energy && scene.energy->takes_volumes)) {
+  if (scene.extent().axes() == 3 && !(takes_energies && scene.energy->takes_volumes)) {
     throw InputError(fmt::format(
         "{} is a volume, and {}", scene.name,
-        takes_energy
+        takes_energies
             ? fmt::format("the {} energy takes images only; give --energy elastic", scene.energy->name)
             : "this command takes images only"));
   }
-  if (scene.energy->is_of_cells() && !takes_energy) {
+  if (scene.energy->is_of_cells() && !takes_energies) {
     throw InputError(fmt::format("{} would have the {} energy, which this command does not know; run, "
                                  "verify, bench, tradeoff and accuracy do",
                                  scene.name, scene.energy->name));
@@ -158,61 +221,48 @@ std::string ScheduleOverrides::text(const std::optional<std::string>& other_meth
   return other_method ? result + " --method " + *other_method : result;
 }
 
-namespace {
-
-void add_session_to(CLI::App& command, SessionOptions& session) {
-  add_option(command, "--device", session.device, "Device by part of its name or by number (see devices)");
-  add_option(command, "--threads", session.threads, "CPU threads (0: all)")->check(CLI::Range(0, 4096));
+Options backend_options() {
+  return {option::backend, option::device, option::threads};
 }
 
-} // namespace
-
-void SceneArguments::add_scene_to(CLI::App& command) {
-  add_option(command, "scene", scene, "Scene by name or TOML file")->required();
-  add_option(command, "--size", size, "Size: 300 (square), 257x130 or, of a volume, 64x64x64");
-  schedule.add_to(command);
+Options backends_options() {
+  return {option::backends, option::require, option::device, option::threads};
 }
 
-void SceneArguments::add_backend_to(CLI::App& command) {
-  add_option(command, "--backend", backend, "Backend that computes");
-  add_session_to(command, session);
+Options scenes_options(bool takes_energies) {
+  return {option::scenes, option::sizes, schedule_options(takes_energies), option::methods};
 }
 
-void SceneArguments::add_orientation_to(CLI::App& command) {
-  CLI::Option* const option =
-      add_option(command, "--orientation", orientation,
-                 "Of a [brain]: axial, coronal or sagittal, in place of the scene's own")
-          ->check(
-              CLI::IsMember(std::vector<std::string>(orientation_names.begin(), orientation_names.end())));
-  add_option(command, "--slice", slice, "Of that orientation; default: the one that shows most of the brain")
-      ->needs(option);
+Options comparison_options() {
+  return {scenes_options(true), backends_options(), option::quick, option::json};
 }
 
-Scene SceneArguments::load() const {
-  Scene loaded =
-      load_scene(scene, {.size = parse_any_size(size), .orientation = orientation, .slice = slice});
-  schedule.apply(loaded);
-  return loaded;
+Scene scene_of(const Call& call, const Option<std::string>& name) {
+  Scene scene = load_scene(call[name], {.size = parse_any_size(call[option::size]),
+                                        .orientation = call[option::orientation],
+                                        .slice = call[option::slice]});
+  call.schedule.apply(scene);
+  return scene;
 }
 
-const Backend& SceneArguments::choose(const std::vector<std::unique_ptr<Backend>>& registry,
-                                      const Scene& scene_to_solve) const {
-  const Backend& found = find_backend(registry, backend);
-  if (!found.supports(scene_to_solve.full.update)) {
-    throw InputError(fmt::format("{} cannot update as {} wants; use --backend scalar", found.name(),
-                                 method_name(scene_to_solve)));
+const Backend& choose_backend(const Call& call, const std::vector<std::unique_ptr<Backend>>& registry,
+                              const Scene& scene) {
+  const Backend& found = find_backend(registry, call[option::backend]);
+  if (!found.supports(scene.full.update)) {
+    throw InputError(
+        fmt::format("{} cannot update as {} wants; use --backend scalar", found.name(), method_name(scene)));
   }
   return found;
 }
 
-std::string CommonArguments::session_words() const {
+std::string session_words(const Call& call) {
+  const SessionOptions session = call.session();
   return (session.device.empty() ? "" : " --device " + shell_word(session.device)) +
          (session.threads == 0 ? "" : fmt::format(" --threads {}", session.threads));
 }
 
-std::string CommonArguments::repeat(std::string_view command, const Scene& scene,
-                                    std::string_view backend) const {
-  std::string line = fmt::format("hdmbench {}", command);
+std::string repeat_line(const Call& call, const Scene& scene, std::string_view backend) {
+  std::string line = fmt::format("hdmbench {}", call.command->get_name());
   if (const std::size_t on = backend.find(" on "); on != std::string_view::npos) { // "openmp on 4 ranks"
     const std::string_view count = backend.substr(on + 4);
     line = fmt::format("mpirun -n {} {}", count.substr(0, count.find(' ')), line);
@@ -221,37 +271,10 @@ std::string CommonArguments::repeat(std::string_view command, const Scene& scene
   if (!scene.source.empty()) {
     line += fmt::format(" {} --size {}", shell_word(scene.source), scene.extent().text("x"));
   }
-  return fmt::format("{} --backends {}{}{}{}", line, backend, session_words(), quick ? " --quick" : "",
-                     schedule.text(methods.empty() ? std::nullopt : std::optional(scene.schedule.method)));
-}
-
-void CommonArguments::add_backends_to(CLI::App& command) {
-  add_option(command, "--backends", backends,
-             "Backends with commas (none: all; one that is named must be there)")
-      ->delimiter(',');
-  add_option(command, "--require", required, "Backends that must be there, others may be skipped")
-      ->delimiter(',');
-  add_session_to(command, session);
-}
-
-void CommonArguments::add_scenes_to(CLI::App& command) {
-  add_option(command, "scenes", scenes,
-             "Scenes by name or TOML file (none: all that the command is made for)");
-  add_option(command, "--sizes,--size", sizes,
-             "Sizes: 300 (square), 257x130 or, of volumes, 64x64x64, several with commas")
-      ->delimiter(',');
-  schedule.add_to(command);
-  add_option(command, "--methods", methods,
-             "Several methods with commas, or all of them, instead of --method (tradeoff: rivals too)")
-      ->delimiter(',')
-      ->excludes("--method");
-}
-
-void CommonArguments::add_to(CLI::App& command, Call& call) {
-  add_scenes_to(command);
-  add_backends_to(command);
-  add_flag(command, "--quick", quick, "A shorter run; the results say so");
-  add_json(command, call);
+  return fmt::format(
+      "{} --backends {}{}{}{}", line, backend, session_words(call), call[option::quick] ? " --quick" : "",
+      call.schedule.text(call[option::methods].empty() ? std::nullopt
+                                                       : std::optional(scene.schedule.method)));
 }
 
 std::optional<Scene> load_unless_missing(std::string_view name, bool is_needed,
@@ -267,7 +290,10 @@ std::optional<Scene> load_unless_missing(std::string_view name, bool is_needed,
   }
 }
 
-std::vector<SceneLoader> CommonArguments::scene_loaders(const std::vector<std::string>& by_default) const {
+std::vector<SceneLoader> scene_loaders(const Call& call, const std::vector<std::string>& by_default) {
+  const std::vector<std::string>& scenes = call[option::scenes];
+  const std::vector<std::string>& sizes = call[option::sizes];
+  const std::vector<std::string>& methods = call[option::methods];
   std::vector<std::optional<Extent>> extents(std::max<std::size_t>(sizes.size(), 1));
   std::ranges::transform(sizes, extents.begin(), parse_size);
   std::vector<std::optional<std::string>> chosen(methods.begin(), methods.end());
@@ -281,10 +307,10 @@ std::vector<SceneLoader> CommonArguments::scene_loaders(const std::vector<std::s
   for (const std::string& name : scenes.empty() ? by_default : scenes) {
     for (const std::optional<Extent>& extent : extents) {
       for (const std::optional<std::string>& method : chosen) {
-        loaders.push_back([this, name, extent, method] {
-          return load_unless_missing(name, !scenes.empty(), [&] {
+        loaders.push_back([&call, name, extent, method] {
+          return load_unless_missing(name, !call[option::scenes].empty(), [&] {
             Scene scene = load_scene(name, {.size = extent});
-            schedule.apply(scene, method);
+            call.schedule.apply(scene, method);
             return scene;
           });
         });
@@ -294,9 +320,9 @@ std::vector<SceneLoader> CommonArguments::scene_loaders(const std::vector<std::s
   return loaders;
 }
 
-std::vector<Scene> CommonArguments::load_scenes(const std::vector<std::string>& by_default) const {
+std::vector<Scene> load_scenes(const Call& call, const std::vector<std::string>& by_default) {
   std::vector<Scene> loaded;
-  for (const SceneLoader& load : scene_loaders(by_default)) {
+  for (const SceneLoader& load : scene_loaders(call, by_default)) {
     if (std::optional<Scene> scene = load()) {
       loaded.push_back(std::move(*scene));
     }
@@ -304,18 +330,20 @@ std::vector<Scene> CommonArguments::load_scenes(const std::vector<std::string>& 
   return loaded;
 }
 
-bool CommonArguments::needs(std::string_view backend) const {
-  return contains(backends, backend) || contains(required, backend);
+bool needs(const Call& call, std::string_view backend) {
+  return contains(call[option::backends], backend) || contains(call[option::require], backend);
 }
 
-std::vector<const Backend*> CommonArguments::choose(const std::vector<std::unique_ptr<Backend>>& registry,
-                                                    const std::string& reference) const {
+std::vector<const Backend*> choose_backends(const Call& call,
+                                            const std::vector<std::unique_ptr<Backend>>& registry,
+                                            const std::string& reference) {
+  const std::vector<std::string>& backends = call[option::backends];
   const Backend* const scalar = registry.front().get();
-  for (const auto* names : {&backends, &required}) {
+  for (const auto* names : {&backends, &call[option::require]}) {
     for (const std::string& name : *names) {
       const Backend& backend = find_backend(registry, name);
       try {
-        (void)backend.device(&backend == scalar ? SessionOptions{} : session);
+        (void)backend.device(&backend == scalar ? SessionOptions{} : call.session());
       } catch (const DeviceError& error) {
         throw DeviceError(fmt::format("{} is needed but not there: {}", name, error.what()));
       }
@@ -424,12 +452,6 @@ std::string shell_word(std::string_view word) {
     result += c == '\'' ? std::string("'\\''") : std::string(1, c);
   }
   return result + "'";
-}
-
-void remove_options(CLI::App& command, std::initializer_list<const char*> options) {
-  for (const char* const option : options) {
-    command.remove_option(command.get_option(option));
-  }
 }
 
 void refuse_idle(const CLI::App& command, const std::vector<std::string>& options, std::string_view why) {

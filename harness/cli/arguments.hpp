@@ -5,6 +5,7 @@
 #include "harness/measure/result_file.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/files.hpp"
+#include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/names.hpp"
 #include "harness/scene/scene.hpp"
@@ -28,51 +29,60 @@
 /// What every command needs.
 namespace hdmbench::commands {
 
-/// What the user may change about every scene's schedule.
-struct ScheduleOverrides {
-  bool takes_energy = false;                ///< whether the command has --energy; say so before add_to()
-  const RegisteredEnergy* energy = nullptr; ///< null: the scene's, or that of the method
-  /// "method", and the values of schedule_keys(), by their names.
-  std::map<std::string, std::string, std::less<>> given{};
-
-  void add_to(CLI::App& command);
-  /// With `other_method` in place of the one given, where there is one. Throws InputError.
-  void apply(Scene& scene, const std::optional<std::string>& other_method = std::nullopt) const;
-  /// The arguments that were given, each with a space before it: " --iterations 5", with `other_method` as
-  /// above.
-  [[nodiscard]] std::string text(const std::optional<std::string>& other_method = std::nullopt) const;
-};
-
-/// The names of the options of ScheduleOverrides that a command has, but those of `but`.
-[[nodiscard]] std::vector<std::string> schedule_options(const CLI::App& command,
-                                                        const std::vector<std::string>& but);
-
 using nlohmann::json;
 
-/// Arguments of the commands that solve one scene.
-struct SceneArguments {
-  std::string scene{};        ///< name or file
-  std::string size{};         ///< "300" or "257x130"; empty: the scene's own
-  std::string orientation{};  ///< of a brain; empty: the scene's own
-  std::optional<int> slice{}; ///< of that orientation
-  std::string backend = "openmp";
-  SessionOptions session{};
-  ScheduleOverrides schedule{};
+/// Those that several commands have.
+namespace option {
+inline const Option<std::string> scene("scene", "Scene by name or TOML file");
+inline const Option<std::vector<std::string>>
+    scenes("scenes", "Scenes by name or TOML file (none: all that the command is made for)");
+inline const Option<std::string> size("--size", "Size: 300 (square), 257x130 or, of a volume, 64x64x64");
+inline const Option<std::vector<std::string>>
+    sizes("--sizes,--size", "Sizes: 300 (square), 257x130 or, of volumes, 64x64x64, several with commas");
+inline const Option<std::vector<std::string>>
+    methods("--methods",
+            "Several methods with commas, or all of them, instead of --method (tradeoff: rivals too)");
+inline const Option<std::string>
+    orientation("--orientation", "Of a [brain]: axial, coronal or sagittal, in place of the scene's own", {},
+                CLI::IsMember(std::vector<std::string>(orientation_names.begin(), orientation_names.end())));
+inline const Option<std::optional<int>>
+    slice("--slice", "Of that orientation; default: the one that shows most of the brain");
+inline const Option<std::string> backend("--backend", "Backend that computes", "openmp");
+inline const Option<std::vector<std::string>>
+    backends("--backends", "Backends with commas (none: all; one that is named must be there)");
+inline const Option<std::vector<std::string>> require("--require",
+                                                      "Backends that must be there, others may be skipped");
+inline const Option<std::string> device("--device", "Device by part of its name or by number (see devices)");
+inline const Option<int> threads("--threads", "CPU threads (0: all)", 0, CLI::Range(0, 4096));
+inline const Option<bool> quick("--quick", "A shorter run; the results say so");
+inline const Option<bool> list("--list", "Name the entries and stop");
+inline const Option<int> repeat("--repeat", "Samples per backend, scene and size", 3,
+                                CLI::Range(1, 1'000'000));
+inline const Option<OutputFile> json("--json", "Write the results to this file");
+inline const Option<OutputFolder> output("--output", "Folder for the files, made if missing",
+                                         "hdmbench-output");
+} // namespace option
 
-  /// Which slice of a scene's brain.
-  void add_orientation_to(CLI::App& command);
-  /// Only the scene, its size and its schedule.
-  void add_scene_to(CLI::App& command);
-  /// Where it is computed.
-  void add_backend_to(CLI::App& command);
+/// --method and the schedule_keys(); with --energy where the command takes_energies.
+[[nodiscard]] Options schedule_options(bool takes_energies);
+/// The names of those that a command has, but those of `but`.
+[[nodiscard]] std::vector<std::string> schedule_names(const CLI::App& command,
+                                                      const std::vector<std::string>& but);
+/// Where one scene is computed.
+[[nodiscard]] Options backend_options();
+/// Which backends are compared, on which device, with how many threads.
+[[nodiscard]] Options backends_options();
+/// Which scenes at which sizes, solved how.
+[[nodiscard]] Options scenes_options(bool takes_energies);
+/// All that commands have that compare backends on scenes.
+[[nodiscard]] Options comparison_options();
 
-  /// The scene at its size with its schedule. Throws InputError.
-  [[nodiscard]] Scene load() const;
-  /// The backend, which lives as long as the registry. Throws InputError where it is unknown or cannot update
-  /// as the scene wants.
-  [[nodiscard]] const Backend& choose(const std::vector<std::unique_ptr<Backend>>& registry,
-                                      const Scene& scene_to_solve) const;
-};
+/// The scene that `name` says, at the call's size with its schedule. Throws InputError.
+[[nodiscard]] Scene scene_of(const Call& call, const Option<std::string>& name = option::scene);
+/// The one backend of a call, which lives as long as the registry. Throws InputError where it is unknown or
+/// cannot update as the scene wants.
+[[nodiscard]] const Backend&
+choose_backend(const Call& call, const std::vector<std::unique_ptr<Backend>>& registry, const Scene& scene);
 
 /// Loads a scene, which may be large.
 using SceneLoader = std::function<std::optional<Scene>()>;
@@ -81,43 +91,25 @@ using SceneLoader = std::function<std::optional<Scene>()>;
 /// it `is_needed`: then throws MissingFile.
 [[nodiscard]] std::optional<Scene> load_unless_missing(std::string_view name, bool is_needed,
                                                        const std::function<Scene()>& load);
+/// The scenes of a call at its sizes in the order they are asked for, each with every method asked for; those
+/// of `by_default` where no scene is on the command line. Valid as long as the call. Throws InputError.
+[[nodiscard]] std::vector<SceneLoader> scene_loaders(const Call& call,
+                                                     const std::vector<std::string>& by_default);
+[[nodiscard]] std::vector<Scene> load_scenes(const Call& call, const std::vector<std::string>& by_default);
 
-/// Arguments of the commands that compare backends.
-struct CommonArguments {
-  std::vector<std::string> scenes{}; ///< names or files; empty: the command's own choice
-  std::vector<std::string> sizes{};  ///< "300" or "257x130"; empty: each scene's own
-  std::vector<std::string> backends{};
-  std::vector<std::string> required{};
-  SessionOptions session{};
-  ScheduleOverrides schedule{};
-  std::vector<std::string> methods{}; ///< names, or "all"; empty: one, see ScheduleOverrides
-  bool quick = false;
+/// Whether a backend was named with --backends or --require.
+[[nodiscard]] bool needs(const Call& call, std::string_view backend);
+/// The reference first, then the chosen backends (all if none was named) without it; scalar is the
+/// reference where `reference` is empty, none is where it is "none". Throws InputError for an unknown name,
+/// or where nothing is left to run, and DeviceError for one that was named and is not there.
+[[nodiscard]] std::vector<const Backend*>
+choose_backends(const Call& call, const std::vector<std::unique_ptr<Backend>>& registry,
+                const std::string& reference = {});
 
-  void add_to(CLI::App& command, Call& call);
-  /// Only which scenes, at which sizes, solved how.
-  void add_scenes_to(CLI::App& command);
-  /// Only which backends, on which device, with how many threads.
-  void add_backends_to(CLI::App& command);
-
-  /// Whether a backend was named here or with --require.
-  [[nodiscard]] bool needs(std::string_view backend) const;
-  /// " --device 1 --threads 2" as far as they were given.
-  [[nodiscard]] std::string session_words() const;
-  /// The command line that repeats one comparison; where the scene has no source, with all others.
-  [[nodiscard]] std::string repeat(std::string_view command, const Scene& scene,
-                                   std::string_view backend) const;
-
-  /// Scenes at sizes in the order they are asked for, each with every method asked for; those of `by_default`
-  /// where no scene is on the command line. Throws InputError.
-  [[nodiscard]] std::vector<SceneLoader> scene_loaders(const std::vector<std::string>& by_default) const;
-  [[nodiscard]] std::vector<Scene> load_scenes(const std::vector<std::string>& by_default) const;
-  /// The reference first, then the chosen backends (all if none was named) without it; scalar is the
-  /// reference where `reference` is empty, none is where it is "none". Throws InputError for an unknown name,
-  /// or where nothing is left to run, and DeviceError for one that was named here or with --require and is
-  /// not there.
-  [[nodiscard]] std::vector<const Backend*> choose(const std::vector<std::unique_ptr<Backend>>& registry,
-                                                   const std::string& reference = {}) const;
-};
+/// " --device 1 --threads 2" as far as they were given.
+[[nodiscard]] std::string session_words(const Call& call);
+/// The command line that repeats one comparison; where the scene has no source, with all others.
+[[nodiscard]] std::string repeat_line(const Call& call, const Scene& scene, std::string_view backend);
 
 /// "300" is 300 x 300, "257x130" and "64x64x64" are that. Throws InputError, also where no scene of that size
 /// fits into memory.
@@ -143,9 +135,6 @@ struct CommonArguments {
 /// A word as a shell takes it: in quotes where it has to be.
 [[nodiscard]] std::string shell_word(std::string_view word);
 
-/// Takes options away that have no effect in this command.
-void remove_options(CLI::App& command, std::initializer_list<const char*> options);
-
 /// No option is silently ignored: throws InputError that names those of `options` that the user gave. `why`
 /// is a sentence: "--halo is for several processes".
 void refuse_idle(const CLI::App& command, const std::vector<std::string>& options, std::string_view why);
@@ -155,23 +144,23 @@ void refuse_idle(const CLI::App& command, const std::vector<std::string>& option
 /// and 32.
 void require_known_options(const CLI::App& command, const std::vector<std::string>& words);
 
-/// Throws InputError where a file or folder that `command`, which has been parsed, would write (add_output)
-/// is one of those that it reads: what its other arguments name, result files in a folder and the images of a
-/// scene among them. If it `writes` them, also where a file cannot be written to.
+/// Throws InputError where a file or folder that `command`, which has been parsed, would write (OutputFile,
+/// OutputFolder) is one of those that it reads: what its other arguments name, result files in a folder and
+/// the images of a scene among them. If it `writes` them, also where a file cannot be written to.
 void require_outputs(const CLI::App& command, bool writes);
+
+/// --require-hardware and --fail-on-skip, and --baseline of `verify`.
+[[nodiscard]] Options gate_options(bool with_baseline = false);
 
 /// What a continuous integration of drivers asks of a command beyond its own verdict: nothing that was not
 /// compared may pass.
 class Gates {
 public:
-  /// --require-hardware and --fail-on-skip, and --baseline of `verify`.
-  void add_to(CLI::App& command, bool with_baseline = false);
-
-  /// Before the command runs. Where hardware is required, leaves backends with software only out of
-  /// `arguments`, with a line on standard output; scalar and openmp, which claim to be no GPU, stay. Where
-  /// there is a baseline, `call` gets a file for the results. Throws DeviceError where a backend that was
-  /// named has software only, or no hardware is left, and InputError for a baseline that cannot be read.
-  void prepare(CommonArguments& arguments, Call& call);
+  /// Before the command runs. Where hardware is required, leaves backends with software only out of those of
+  /// the call, with a line on standard output; scalar and openmp, which claim to be no GPU, stay. Where there
+  /// is a baseline, the call gets a file for the results. Throws DeviceError where a backend that was named
+  /// has software only, or no hardware is left, and InputError for a baseline that cannot be read.
+  explicit Gates(Call& call);
 
   /// After it: `status`, or disagreement where that was success and a backend was skipped or something that
   /// agreed in the baseline does not agree, or is not there, in the results. Says which. Throws InputError.
@@ -179,10 +168,7 @@ public:
   [[nodiscard]] int judge(int status, const Call& call) const;
 
 private:
-  bool require_hardware_ = false;
-  bool fail_on_skip_ = false;
-  std::filesystem::path baseline_; ///< empty: none
-  std::string skipped_;            ///< lines: backends, and why
+  std::string skipped_; ///< lines: backends, and why
   std::optional<TemporaryDirectory> folder_{};
 };
 

@@ -16,18 +16,27 @@ namespace hdmbench::commands {
 
 namespace {
 
-struct BenchArguments : CommonArguments {
-  int repeats = 3;
-  std::vector<std::string> work{"dense", "active"};
-  bool scaling = false;
-  bool no_ceilings = false;
-  std::filesystem::path benchmark_json{}; ///< empty: nobody asked for it
-  std::string reference{};                ///< "none" or a backend; empty: scalar, none for a large image
-  std::filesystem::path before{};         ///< result file of bench to compare with; empty: none
-  std::filesystem::path after{};          ///< with this one; empty: with what is measured now
-  double tolerance = 5.0;                 ///< percent
-  Gates gates{};
-};
+const Option<std::vector<std::string>> work("--work",
+                                            "dense: every sweep visits all sites; active: it leaves out what "
+                                            "cannot change, with the same bits, where the schedule allows it",
+                                            {"dense", "active"}, CLI::IsMember({"dense", "active"}));
+const Option<bool> scaling("--scaling", "Backends with threads of their own run with 1, 2, 4 ... of them, "
+                                        "too; with mpirun, followed by strong or weak: 1, 2, 4 ... ranks");
+const Option<bool>
+    no_ceilings("--no-ceilings",
+                "Do not measure what the devices can do at most: a second or two less for each");
+const Option<std::string> reference("--reference",
+                                    "Backend whose field and time the others are compared with, or none "
+                                    "(default: scalar, none for images larger than 4096 x 4096)");
+const Option<OutputFile> benchmark_json(
+    "--benchmark-json",
+    "Write the samples to this file as Google Benchmark's JSON, too, for its compare.py and for CI");
+const Option<std::filesystem::path>
+    before_file("--compare", "Measure again what this result file has, and compare; nothing else is run");
+const Option<std::filesystem::path> after_file("--with",
+                                               "Compare with this result file in place of measuring");
+const Option<double> tolerance("--tolerance", "Percent by which a time may grow", 5.0,
+                               CLI::Range(0.1, 1000.0));
 
 /// Scalar takes minutes for one solution of an image larger than this.
 constexpr std::size_t most_sites_for_scalar = std::size_t{4096} * 4096;
@@ -78,48 +87,47 @@ void print_scene(const Scene& scene, const json& rows) {
 }
 
 /// With the backends to run on an image of this extent, the reference first where there is one.
-BenchOptions bench_options(const BenchArguments& arguments,
-                           const std::vector<std::unique_ptr<Backend>>& registry, Extent extent,
-                           std::vector<const Backend*>& backends) {
-  const std::string reference =
-      arguments.reference.empty() && extent.sites() > most_sites_for_scalar ? "none" : arguments.reference;
-  backends = arguments.choose(registry, reference);
-  const auto wants = [&](Work work) {
-    const auto name = work_names[static_cast<std::size_t>(work)];
-    return contains(arguments.work, name);
+BenchOptions bench_options(const Call& call, const std::vector<std::unique_ptr<Backend>>& registry,
+                           Extent extent, std::vector<const Backend*>& backends) {
+  const std::string compared =
+      call[reference].empty() && extent.sites() > most_sites_for_scalar ? "none" : call[reference];
+  backends = choose_backends(call, registry, compared);
+  const auto wants = [&](Work one) {
+    return contains(call[work], work_names[static_cast<std::size_t>(one)]);
   };
-  return {.session = arguments.session,
-          .repeats = arguments.repeats,
+  return {.session = call.session(),
+          .repeats = call[option::repeat],
           .dense = wants(Work::dense),
           .active = wants(Work::active),
-          .scaling = arguments.scaling,
-          .checked = reference != "none"};
+          .scaling = call[scaling],
+          .checked = compared != "none"};
 }
 
-int measure_scenes(BenchArguments& arguments, const Call& call) {
-  if (arguments.sizes.empty()) {
-    arguments.sizes = {"300", "600"};
-    arguments.sizes.resize(arguments.quick ? 2 : 3, "1200");
+int measure_scenes(Call& call) {
+  if (call[option::sizes].empty()) {
+    call[option::sizes] = {"300", "600"};
+    call[option::sizes].resize(call[option::quick] ? 2 : 3, "1200");
   }
   const auto registry = make_backends();
   std::vector<const Backend*> backends;
   Progress progress;
-  fmt::print("Seconds are medians of {} samples of a whole solution without set-up{}.\n", arguments.repeats,
-             arguments.quick ? " (quick: sizes 300 and 600 only unless others were asked for)" : "");
+  fmt::print("Seconds are medians of {} samples of a whole solution without set-up{}.\n",
+             call[option::repeat],
+             call[option::quick] ? " (quick: sizes 300 and 600 only unless others were asked for)" : "");
 
   json rows = json::array();
   bool all_agree = true;
   bool all_ran = true; // of those whose device is there
   MeasuredCeilings ceilings;
-  for (const SceneLoader& load : arguments.scene_loaders(published_scenes())) {
+  for (const SceneLoader& load : scene_loaders(call, published_scenes())) {
     const std::size_t resident = resident_bytes();
     progress.describe("prepare a scene");
     std::optional<Scene> scene = load();
     if (!scene) {
       continue;
     }
-    BenchOptions options = bench_options(arguments, registry, scene->extent(), backends);
-    options.ceilings = arguments.no_ceilings ? nullptr : &ceilings;
+    BenchOptions options = bench_options(call, registry, scene->extent(), backends);
+    options.ceilings = call[no_ceilings] ? nullptr : &ceilings;
     options.resident_before_scene = resident;
     const json own = bench(*scene, backends, options, progress);
     progress.clear();
@@ -133,8 +141,8 @@ int measure_scenes(BenchArguments& arguments, const Call& call) {
     }
     rows.insert(rows.end(), own.begin(), own.end());
   }
-  report::write_google_benchmark(arguments.benchmark_json, run_context(call.line, arguments.quick), rows);
-  call.write(std::move(rows), arguments.quick);
+  report::write_google_benchmark(call[benchmark_json], run_context(call.line, call[option::quick]), rows);
+  call.write(std::move(rows));
   return !all_agree ? disagreement : all_ran ? success : bad_input;
 }
 
@@ -168,16 +176,18 @@ ResultFile measure_again(const std::string& line, int repeats, const std::filesy
 /// samples; whose results then go to --json. Prints a line for every timing of before. Returns the
 /// ExitStatus: disagreement where one is slower, inconclusive, missing or of another device. Throws
 /// InputError.
-int compare_benches(const BenchArguments& arguments, const Call& call, int repeats) {
-  const ResultFile before = read_bench(arguments.before);
+int compare_benches(const Call& call, int repeats) {
+  const ResultFile before = read_bench(call[before_file]);
   const TemporaryDirectory folder;
-  const ResultFile after = !arguments.after.empty()
-                               ? read_bench(arguments.after)
-                               : measure_again(before.context.arguments, repeats,
-                                               call.json.empty() ? folder.path() / "bench.json" : call.json);
-  const json rows = compare_results(before, after, arguments.tolerance / 100.0);
+  const ResultFile after =
+      !call[after_file].empty()
+          ? read_bench(call[after_file])
+          : measure_again(before.context.arguments, repeats,
+                          call[option::json].empty() ? OutputFile((folder.path() / "bench.json").string())
+                                                     : call[option::json]);
+  const json rows = compare_results(before, after, call[tolerance] / 100.0);
   if (rows.empty()) {
-    throw InputError(fmt::format("{}: has no valid timing to compare with", arguments.before.string()));
+    throw InputError(fmt::format("{}: has no valid timing to compare with", call[before_file].string()));
   }
   const auto passing = std::ranges::count_if(rows, [](const json& row) { return row["passes"].get<bool>(); });
   for (const ResultFile* const file : {&before, &after}) {
@@ -188,7 +198,7 @@ int compare_benches(const BenchArguments& arguments, const Call& call, int repea
   fmt::print("\n{}\n{} of {} timings are not slower by more than {:.3g} % (medians; Mann-Whitney, one-sided, "
              "p < {:g})\n",
              table_text(rows, "scene|size|backend|method|threads|old_s|new_s|ratio:new/old|p|verdict"),
-             passing, rows.size(), arguments.tolerance, significant_p);
+             passing, rows.size(), call[tolerance], significant_p);
   return passing == std::ssize(rows) ? success : disagreement;
 }
 
@@ -247,27 +257,29 @@ json judged(json rows) {
 
 /// `bench --scaling strong|weak` on ranks: the same image on 1, 2, 4 ... of them, or an image that grows with
 /// them. "strong" or "weak" stands before the scenes. Returns an ExitStatus.
-int bench_on_ranks(const BenchArguments& arguments, const Call& call, Ranks& ranks) {
-  const std::string kind = arguments.scenes.empty() ? "" : arguments.scenes.front();
-  if (!arguments.scaling || (kind != "strong" && kind != "weak")) {
+int bench_on_ranks(const Call& call, Ranks& ranks) {
+  const std::string kind = call[option::scenes].empty() ? "" : call[option::scenes].front();
+  if (!call[scaling] || (kind != "strong" && kind != "weak")) {
     throw InputError("on several ranks: bench --scaling strong (the same image on more ranks) or bench "
                      "--scaling weak (an image that grows with them), then a scene");
   }
-  if (arguments.scenes.size() > 2 || arguments.sizes.size() > 1 || arguments.backends.size() > 1) {
+  if (call[option::scenes].size() > 2 || call[option::sizes].size() > 1 ||
+      call[option::backends].size() > 1) {
     throw InputError("bench --scaling on ranks takes one scene, one size and one backend");
   }
-  const Extent size = arguments.sizes.empty() ? Extent{1024, 1024} : parse_size(arguments.sizes.front());
-  const std::string name = arguments.scenes.size() > 1 ? arguments.scenes[1] : "square";
-  const std::string backends = arguments.backends.empty() ? "openmp" : arguments.backends.front();
+  const Extent size =
+      call[option::sizes].empty() ? Extent{1024, 1024} : parse_size(call[option::sizes].front());
+  const std::string name = call[option::scenes].size() > 1 ? call[option::scenes][1] : "square";
+  const std::string backends = call[option::backends].empty() ? "openmp" : call[option::backends].front();
   const auto registry = make_backends();
   Progress progress(ranks.is_first());
   json rows = json::array();
   for (int count = 1; count <= ranks.size();) { // 1, 2, 4 ... and all
     progress.describe(fmt::format("{} ranks", count));
     Scene scene = load_scene(name, {.size = kind == "weak" ? scaled(size, std::sqrt(count)) : size});
-    arguments.schedule.apply(scene);
-    const RankBackend backend(ranks, registry, backends, arguments.session, {.pieces = count});
-    rows.push_back(measure_on_ranks(scene, kind, backend, arguments.repeats, ranks));
+    call.schedule.apply(scene);
+    const RankBackend backend(ranks, registry, backends, call.session(), {.pieces = count});
+    rows.push_back(measure_on_ranks(scene, kind, backend, call[option::repeat], ranks));
     count = count == ranks.size() ? count + 1 : std::min(2 * count, ranks.size());
   }
   progress.clear();
@@ -279,70 +291,41 @@ int bench_on_ranks(const BenchArguments& arguments, const Call& call, Ranks& ran
       "and opening sessions\n{}"
       "  in messages: the rank that was the longest in them, with waiting for others, the least of the "
       "samples\n",
-      kind, backends, ranks.size(), arguments.repeats,
+      kind, backends, ranks.size(), call[option::repeat],
       table_text(judged(rows), "ranks|size|seconds|speed-up|efficiency|messages|bytes:bytes sent|"
                                "message_seconds:s in messages"));
-  call.write(std::move(rows), false, "scaling");
+  call.write(std::move(rows), "scaling");
   return success;
 }
 
-int run_bench(BenchArguments& arguments, Call& call) {
-  arguments.gates.prepare(arguments, call);
+int run_bench(Call& call) {
+  const Gates gates(call);
   if (call.ranks != nullptr) {
-    return bench_on_ranks(arguments, call, *call.ranks);
+    return bench_on_ranks(call, *call.ranks);
   }
   constexpr int enough_samples = 10; // for the test, even beside the three that bench takes by default
   const bool is_told = call.command->count("--repeat") > 0;
-  return arguments.gates.judge(
-      arguments.before.empty()
-          ? measure_scenes(arguments, call)
-          : compare_benches(arguments, call, is_told ? arguments.repeats : enough_samples),
-      call);
+  return gates.judge(call[before_file].empty()
+                         ? measure_scenes(call)
+                         : compare_benches(call, is_told ? call[option::repeat] : enough_samples),
+                     call);
 }
 
 } // namespace
 
 void add_bench(CLI::App& program, Call& call) {
-  const auto [command, own] = declare(
-      program, call, "bench",
+  add_command(
+      program, call, "bench", run_bench,
       "Time every backend on whole solutions and compare with the thesis: Tables 5.2, 5.4, 5.6 and 5.8 at\n"
       "300, 600 and 1200 by default. Speed-ups are over scalar, one thread at -O2, in the same run; a\n"
       "backend whose field is not scalar's to the bit gets no speed-up and exit status 1. What the devices\n"
       "can do at most, in copying memory and in arithmetic, is measured in the same run.",
-      run_bench);
-  own.schedule.takes_energy = true;
-  own.add_to(command, call);
-  add_option(command, "--repeat", own.repeats, "Samples per backend, scene and size")
-      ->check(CLI::Range(1, 1'000'000));
-  add_option(command, "--work", own.work,
-             "dense: every sweep visits all sites; active: it leaves out what cannot change, with the "
-             "same bits, where the schedule allows it")
-      ->delimiter(',')
-      ->check(CLI::IsMember({"dense", "active"}));
-  add_flag(command, "--scaling", own.scaling,
-           "Backends with threads of their own run with 1, 2, 4 ... of them, too; with mpirun, followed "
-           "by strong or weak: 1, 2, 4 ... ranks");
-  add_flag(command, "--no-ceilings", own.no_ceilings,
-           "Do not measure what the devices can do at most: a second or two less for each");
-  add_option(command, "--reference", own.reference,
-             "Backend whose field and time the others are compared with, or none (default: scalar, "
-             "none for images larger than 4096 x 4096)");
-  add_output(command, "--benchmark-json", own.benchmark_json,
-             "Write the samples to this file as Google Benchmark's JSON, too, for its compare.py and for CI");
-  {
-    const OptionGroup group(
-        command, "Compare with before (exit status 1: slower, inconclusive, missing, other device)");
-    CLI::Option* const before =
-        add_option(command, "--compare", own.before,
-                   "Measure again what this result file has, and compare; nothing else is run");
-    add_option(command, "--with", own.after, "Compare with this result file in place of measuring")
-        ->needs(before)
-        ->excludes("--json");
-    add_option(command, "--tolerance", own.tolerance, "Percent by which a time may grow")
-        ->needs(before)
-        ->check(CLI::Range(0.1, 1000.0));
-  }
-  own.gates.add_to(command);
+      {comparison_options(), option::repeat, work, scaling, no_ceilings, reference, benchmark_json,
+       Options{before_file, after_file, tolerance}.under(
+           "Compare with before (exit status 1: slower, inconclusive, missing, other device)"),
+       gate_options()},
+      {"--methods excludes --method", "--with needs --compare", "--with excludes --json",
+       "--tolerance needs --compare"});
 }
 
 } // namespace hdmbench::commands

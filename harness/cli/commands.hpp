@@ -3,21 +3,70 @@
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
+#include <any>
 #include <filesystem>
-#include <memory>
+#include <functional>
+#include <initializer_list>
+#include <map>
+#include <optional>
 #include <string>
 #include <string_view>
+#include <type_traits>
+#include <utility>
+#include <vector>
 
 namespace hdmbench {
 class Ranks;
-}
+struct RegisteredEnergy;
+struct Scene;
+struct SessionOptions;
+} // namespace hdmbench
 
-/// One function per subcommand (AddCommand): declares it and, if the user calls it, runs it. What runs throws
-/// InputError and DeviceError, which main() reports.
+/// One function per subcommand (AddCommand), which says what it is called, what it takes and what it runs.
+/// What runs throws InputError and DeviceError, which main() reports.
 namespace hdmbench::commands {
 
 /// The program ends with one of these.
 enum ExitStatus : int { success = 0, disagreement = 1, bad_input = 2 };
+
+/// What the user may change about every scene's schedule.
+struct ScheduleOverrides {
+  bool takes_energies = true;               ///< whether the command knows others than the thesis's
+  const RegisteredEnergy* energy = nullptr; ///< null: the scene's, or that of the method
+  /// "method", and the values of schedule_keys(), by their names.
+  std::map<std::string, std::string, std::less<>> given{};
+
+  /// With `other_method` in place of the one given, where there is one. Throws InputError.
+  void apply(Scene& scene, const std::optional<std::string>& other_method = std::nullopt) const;
+  /// The arguments that were given, each with a space before it: " --iterations 5", with `other_method` as
+  /// above.
+  [[nodiscard]] std::string text(const std::optional<std::string>& other_method = std::nullopt) const;
+};
+
+/// A file that the command writes: require_outputs() looks at it before the command runs.
+struct OutputFile : std::filesystem::path {
+  using path::path;
+  using path::operator=;
+};
+/// Likewise a folder, whose files the command has to look at itself: require_folder() does.
+struct OutputFolder : std::filesystem::path {
+  using path::path;
+};
+
+/// An option of one or more commands, or where its name has no dashes a word by its place; and the key by
+/// which a Call has its value. One of bool is a flag.
+template <typename Value>
+struct Option {
+  explicit Option(const char* names_, const char* help_, Value standard_ = {}, CLI::Validator check_ = {},
+                  int count_ = 0)
+      : names(names_), help(help_), standard(std::move(standard_)), check(std::move(check_)), count(count_) {}
+
+  const char* names; ///< "--sizes,--size"
+  const char* help;
+  Value standard;       ///< where it is not given
+  CLI::Validator check; ///< of each value
+  int count;            ///< of a list: so many values; 0: any number
+};
 
 /// How the program was called, and with what it ends.
 struct Call {
@@ -25,65 +74,75 @@ struct Call {
   Ranks* ranks = nullptr;       ///< the processes that were started together; null: this one is alone
   int status = success;         ///< an ExitStatus
   CLI::App* command = nullptr;  ///< that runs
-  std::filesystem::path json{}; ///< where --json sends the results; empty: nobody asked for them
+  ScheduleOverrides schedule{}; ///< what schedule_options() were given
+  std::map<std::string, std::any, std::less<>> values{}; ///< of the command's options, by Option::names
+
+  /// The value of an option: its standard where the command does not have it.
+  template <typename Value>
+  [[nodiscard]] Value& operator[](const Option<Value>& option) {
+    std::any& value = values[option.names];
+    return std::any_cast<Value&>(value.has_value() ? value : value = option.standard);
+  }
+  template <typename Value>
+  [[nodiscard]] const Value& operator[](const Option<Value>& option) const {
+    const auto found = values.find(option.names);
+    return found == values.end() ? option.standard : std::any_cast<const Value&>(found->second);
+  }
 
   /// Whether this process is alone or the first rank: it shows progress and writes results.
   [[nodiscard]] bool speaks() const;
+  /// What --device and --threads say.
+  [[nodiscard]] SessionOptions session() const;
   /// Writes the rows where --json sends them, if this process speaks, as results of the command that runs, or
   /// of `kind`. Throws InputError.
-  void write(nlohmann::json rows, bool quick = false, std::string_view kind = {}) const;
+  void write(nlohmann::json rows, std::string_view kind = {}) const;
 };
 
-/// A subcommand, and its arguments, which live as long as it does.
-template <typename Arguments>
-struct Declared {
-  CLI::App& command;
-  Arguments& own;
-};
-
-/// Declares a subcommand that ends with the ExitStatus of `run`.
-template <typename Arguments>
-Declared<Arguments> declare(CLI::App& program, Call& call, const char* name, const char* help,
-                            int (*run)(Arguments&, Call&)) {
-  CLI::App* const command = program.add_subcommand(name, help);
-  const auto own = std::make_shared<Arguments>();
-  command->callback([own, run, command, &call] {
-    call.command = command;
-    call.status = run(*own, call);
-  });
-  return {*command, *own};
-}
-
-/// CLI11's add_option and add_flag, compiled once, in arguments.cpp: their templates take ten seconds in
-/// every file that instantiates them.
+/// Adds an option to a command, whose value the call then has. Compiled once, in arguments.cpp: CLI11's
+/// templates take ten seconds in every file that instantiates them.
 template <typename Value>
-CLI::Option* add_option(CLI::App& command, const std::string& names, Value& variable,
-                        const std::string& help);
-CLI::Option* add_flag(CLI::App& command, const std::string& names, bool& variable, const std::string& help);
+void add_option(CLI::App& command, Call& call, const Option<Value>& option);
 
-/// A file that the command writes: require_outputs() looks at it before the command runs.
-CLI::Option* add_output(CLI::App& command, const std::string& names, std::filesystem::path& file,
-                        const std::string& help);
-/// A folder likewise, whose files the command has to look at itself: require_folder() does.
-CLI::Option* add_output_folder(CLI::App& command, std::filesystem::path& folder,
-                               const std::string& help = "Folder for the files, made if missing");
-/// --json, of almost every command.
-CLI::Option* add_json(CLI::App& command, Call& call,
-                      const std::string& help = "Write the results to this file");
-
-/// Options that a command declares while this lives stand under a heading of their own in its help.
-class OptionGroup {
+/// Options that a command takes: one, with a help or a standard of the command's own where given, or several.
+class Options {
 public:
-  OptionGroup(CLI::App& command, const std::string& heading) : command_(command) {
-    command_.option_defaults()->group(heading);
+  template <typename Value>
+  Options(Option<Value> option, const char* help = nullptr,
+          const std::type_identity_t<std::optional<Value>>& standard = std::nullopt) {
+    option.help = help == nullptr ? option.help : help;
+    option.standard = standard.value_or(option.standard);
+    all_.push_back(
+        {option.names, [option](CLI::App& command, Call& call) { add_option(command, call, option); }});
   }
-  OptionGroup(const OptionGroup&) = delete;
-  OptionGroup& operator=(const OptionGroup&) = delete;
-  ~OptionGroup() { command_.option_defaults()->group("Options"); }
+  Options(std::initializer_list<Options> several) {
+    for (const Options& one : several) {
+      all_.insert(all_.end(), one.all_.begin(), one.all_.end());
+    }
+  }
+  /// One that is no Option.
+  Options(std::string name, std::function<void(CLI::App& command, Call& call)> add) {
+    all_.push_back({std::move(name), std::move(add)});
+  }
+
+  [[nodiscard]] Options without(std::initializer_list<std::string_view> names) const;
+  /// With a heading of their own in the help.
+  [[nodiscard]] Options under(const char* heading) const;
+  void add_to(CLI::App& command, Call& call) const;
 
 private:
-  CLI::App& command_;
+  struct One {
+    std::string names;
+    std::function<void(CLI::App& command, Call& call)> add;
+    const char* heading = "Options";
+  };
+  std::vector<One> all_;
 };
+
+/// Adds a subcommand, which ends with the ExitStatus of `run`. A rule is "scene is required", "--spread needs
+/// --detection" or "--list excludes --json --quick". `takes_energies`: as ScheduleOverrides has it.
+void add_command(CLI::App& program, Call& call, const char* name, int (*run)(Call& call), const char* help,
+                 const Options& options, const std::vector<std::string>& rules = {},
+                 bool takes_energies = true);
 
 using AddCommand = void(CLI::App& program, Call& call);
 AddCommand add_devices, add_methods, add_run, add_register, add_detect, add_rivals, add_verify,

@@ -25,7 +25,7 @@ json updates(const Backend& backend) {
 
 /// What each rank takes of each backend with --device by-rank. Of a backend without one, why.
 int list_devices_of_ranks(const Call& call, Ranks& ranks) {
-  if (!call.json.empty()) {
+  if (!call[option::json].empty()) {
     throw InputError("devices --json tells of one process: leave out mpirun");
   }
   json own = json::array();
@@ -47,9 +47,7 @@ int list_devices_of_ranks(const Call& call, Ranks& ranks) {
   return success;
 }
 
-struct NoArguments {};
-
-int run_devices(NoArguments& /*none*/, Call& call) {
+int run_devices(Call& call) {
   if (call.ranks != nullptr) {
     return list_devices_of_ranks(call, *call.ranks);
   }
@@ -102,7 +100,7 @@ json who_can(const RegisteredEnergy& energy, const Method& method,
   return names.size() == registry.size() ? json("all") : names;
 }
 
-void list_methods() {
+int list_methods(Call& /*call*/) {
   const auto registry = make_backends();
   for (const RegisteredEnergy* const energy : energies()) {
     json rows = json::array();
@@ -117,23 +115,20 @@ void list_methods() {
     fmt::print("--energy {}\n{}\n", energy->name,
                table_text(rows, "method|effort:--iterations counts|usual|takes|backends|what_it_does"));
   }
+  return success;
 }
 
-struct ProbeArguments : CommonArguments {
-  Gates gates{};
-};
-
-int run_probe(ProbeArguments& arguments, Call& call) {
-  arguments.gates.prepare(arguments, call);
+int run_probe(Call& call) {
+  const Gates gates(call);
   const auto registry = make_backends();
   std::string expected;
   json results = json::array();
   json answers = json::array();
   Progress progress;
-  for (const Backend* backend : arguments.choose(registry)) {
+  for (const Backend* backend : choose_backends(call, registry)) {
     progress.describe(std::string(backend->name()));
     try {
-      const std::vector<ProbeRow> rows = probe(*backend, arguments.session);
+      const std::vector<ProbeRow> rows = probe(*backend, call.session());
       for (const ProbeRow& row : rows) {
         results.push_back(row);
         answers.push_back(results.back());
@@ -141,7 +136,7 @@ int run_probe(ProbeArguments& arguments, Call& call) {
       }
       expected += fmt::format("  {}: {}\n", backend->name(), expected_tier(rows));
     } catch (const DeviceError& error) {
-      if (arguments.needs(backend->name())) {
+      if (needs(call, backend->name())) {
         throw;
       }
       expected += fmt::format("  {}: skipped: {}\n", backend->name(), error.what());
@@ -150,19 +145,17 @@ int run_probe(ProbeArguments& arguments, Call& call) {
   progress.clear();
   if (results.empty()) { // scalar is always there: it is the device that is not
     throw InputError(
-        fmt::format("no backend has a device \"{}\"; hdmbench devices lists them", arguments.session.device));
+        fmt::format("no backend has a device \"{}\"; hdmbench devices lists them", call[option::device]));
   }
   fmt::print("{}\nExpected of verify\n{}",
              table_text(answers, "backend|device|program|question|answer|telling:could tell"), expected);
   call.write(std::move(results));
-  return arguments.gates.judge(success, call);
+  return gates.judge(success, call);
 }
 
-struct ImplementationArguments {
-  CommonArguments verify;
-  double seconds = 180.0;
-  double gigabytes = 2.0;
-};
+const Option<double> limit_seconds("--limit-seconds", "That one implementation of one backend may take",
+                                   180.0, CLI::Range(1.0, 1e6));
+const Option<double> limit_memory("--limit-memory", "That it may take, in GB", 2.0, CLI::Range(0.1, 1e4));
 
 /// What was given of the arguments that `verify` has too, for another process: scenes first.
 std::vector<std::string> verify_words(const CLI::App& command, std::vector<std::string> words) {
@@ -179,18 +172,18 @@ std::vector<std::string> verify_words(const CLI::App& command, std::vector<std::
   return words;
 }
 
-int run_implementations(ImplementationArguments& arguments, Call& call) {
+int run_implementations(Call& call) {
   const auto registry = make_backends();
-  for (const std::string& name : arguments.verify.backends) {
+  for (const std::string& name : call[option::backends]) {
     (void)find_backend(registry, name);
   }
   Progress progress;
   json rows = verify_implementations(known_implementations(),
                                      {.program = std::filesystem::read_symlink("/proc/self/exe"),
-                                      .verify = verify_words(*call.command, arguments.verify.scenes),
-                                      .backends = arguments.verify.backends,
-                                      .seconds = arguments.seconds,
-                                      .resident_bytes = static_cast<std::int64_t>(arguments.gigabytes * 1e9)},
+                                      .verify = verify_words(*call.command, call[option::scenes]),
+                                      .backends = call[option::backends],
+                                      .seconds = call[limit_seconds],
+                                      .resident_bytes = static_cast<std::int64_t>(call[limit_memory] * 1e9)},
                                      progress);
   progress.clear();
   fmt::print("{}",
@@ -207,58 +200,48 @@ int run_implementations(ImplementationArguments& arguments, Call& call) {
   const auto passed = count["passed"];
   const auto failed = std::ssize(rows) - passed - count["absent"];
   fmt::print("\n{} pass, {} do not, {} are not there\n", passed, failed, count["absent"]);
-  call.write(std::move(rows), arguments.verify.quick);
+  call.write(std::move(rows));
   return failed > 0 || passed == 0 ? disagreement : success;
 }
 
 } // namespace
 
 void add_devices(CLI::App& program, Call& call) {
-  const auto [command, own] = declare(program, call, "devices",
-                                      "List every backend with its devices, or why it is not there.\n"
-                                      "mpirun -n R hdmbench devices: which one each rank takes.",
-                                      run_devices);
-  add_json(command, call, "Write the list to this file");
+  add_command(program, call, "devices", run_devices,
+              "List every backend with its devices, or why it is not there.\n"
+              "mpirun -n R hdmbench devices: which one each rank takes.",
+              {Options(option::json, "Write the list to this file")});
 }
 
-void add_methods(CLI::App& program, Call& /*call*/) {
-  program
-      .add_subcommand("methods",
-                      "List the ways to solve a scene (--method): what --iterations counts, how many are "
-                      "usual,\nwhich other options each takes, and which backends can")
-      ->callback(list_methods);
+void add_methods(CLI::App& program, Call& call) {
+  add_command(program, call, "methods", list_methods,
+              "List the ways to solve a scene (--method): what --iterations counts, how many are usual,\n"
+              "which other options each takes, and which backends can",
+              {});
 }
 
 void add_probe(CLI::App& program, Call& call) {
-  const auto [command, own] = declare(
-      program, call, "probe",
+  add_command(
+      program, call, "probe", run_probe,
       "What does each device's arithmetic do? Are products fused into sums, are sums reordered,\n"
       "are subnormal numbers, -0, NaN and infinity kept, how are quotients and roots rounded, when does a\n"
       "loop end? One sweep in the very programs that verify compares, and a small program of its own per\n"
       "language, on numbers that tell the cases apart. \"could tell\" counts the answers that would have "
       "been\n"
       "others.",
-      run_probe);
-  own.add_backends_to(command);
-  own.gates.add_to(command);
-  add_json(command, call, "Write the answers to this file");
+      {backends_options(), gate_options(), Options(option::json, "Write the answers to this file")});
 }
 
 void add_implementations(CLI::App& program, Call& call) {
-  const auto [command, own] = declare(
-      program, call, "implementations",
+  add_command(
+      program, call, "implementations", run_implementations,
       "Run verify on every implementation of OpenGL and Vulkan that this machine has, each in a process of\n"
       "its own: as installed, Mesa's llvmpipe and softpipe, every Vulkan driver with a file, and zink on "
       "it.\n"
       "A driver that hangs, crashes or takes too much memory is a row of the table.\n"
       "Takes the arguments of verify. Exit status 1 if one does not pass.",
-      run_implementations);
-  own.verify.add_to(command, call);
-  remove_options(command, {"--device", "--require"});
-  add_option(command, "--limit-seconds", own.seconds, "That one implementation of one backend may take")
-      ->check(CLI::Range(1.0, 1e6));
-  add_option(command, "--limit-memory", own.gigabytes, "That it may take, in GB")
-      ->check(CLI::Range(0.1, 1e4));
+      {comparison_options().without({"--device", "--require", "--energy"}), limit_seconds, limit_memory},
+      {"--methods excludes --method"});
 }
 
 } // namespace hdmbench::commands

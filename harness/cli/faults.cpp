@@ -12,24 +12,19 @@ namespace {
 using faults::Planted;
 using faults::TrialScene;
 
-struct Arguments {
-  std::vector<std::string> scenes;
-  std::vector<std::string> faults;
-  std::string size; ///< "300" or "257x130"; empty: small
-  std::string backend = "scalar";
-  bool list = false;
-  bool brief = false;
-};
+const Option<std::vector<std::string>> names("--faults",
+                                             "Faults and controls by name, with commas (none: all)");
+const Option<bool> brief("--brief", "Only what did not go as expected, and the sum");
 
 /// Those that were named, or all. Throws InputError for a name that none has.
-std::vector<Planted> chosen(const std::vector<std::string>& names, std::vector<Planted> all) {
-  for (const std::string& name : names) {
+std::vector<Planted> chosen(const std::vector<std::string>& asked, std::vector<Planted> all) {
+  for (const std::string& name : asked) {
     if (!contains(all, name, &Planted::name)) {
       throw InputError(fmt::format("there is no fault \"{}\"; hdmbench faults --list names them", name));
     }
   }
   std::erase_if(all,
-                [&](const Planted& planted) { return !names.empty() && !contains(names, planted.name); });
+                [&](const Planted& planted) { return !asked.empty() && !contains(asked, planted.name); });
   return all;
 }
 
@@ -109,9 +104,9 @@ void print_sum(const json& rows) {
 }
 
 /// `list`: what is planted. `asleep`: in place of the small scene of sleeping tiles, where given.
-int try_faults(const Arguments& arguments, const Call& call, const std::vector<Planted>& list,
-               const Backend& reference, const std::optional<Scene>& asleep = {}) {
-  if (arguments.list) {
+int try_faults(const Call& call, const std::vector<Planted>& list, const Backend& reference,
+               const std::optional<Scene>& asleep = {}) {
+  if (call[option::list]) {
     json rows = json::array();
     for (const Planted& planted : list) {
       rows.push_back({{"fault", planted.name}, {"planted_on", planted.backend}, {"what", planted.what}});
@@ -119,7 +114,8 @@ int try_faults(const Arguments& arguments, const Call& call, const std::vector<P
     fmt::print("{}", table_text(rows, "fault|planted_on|what"));
     return success;
   }
-  std::vector<TrialScene> scenes = faults::trial_scenes(arguments.scenes, parse_any_size(arguments.size));
+  std::vector<TrialScene> scenes =
+      faults::trial_scenes(call[option::scenes], parse_any_size(call[option::size]));
   for (TrialScene& scene : scenes) {
     if (scene.tiles_sleep && asleep) {
       scene.label = asleep->name;
@@ -137,7 +133,7 @@ int try_faults(const Arguments& arguments, const Call& call, const std::vector<P
   json shown = json::array();
   for (const Planted& planted : list) {
     const json& row = rows.emplace_back(faults::try_out(planted, reference, scenes, progress));
-    if (!arguments.brief || !row["as_expected"]) {
+    if (!call[brief] || !row["as_expected"]) {
       shown.push_back(row);
       shown.back().update({{"seen", seen_on(row)}, {"caught", outcome(row)}});
     }
@@ -156,39 +152,32 @@ int try_faults(const Arguments& arguments, const Call& call, const std::vector<P
 }
 
 /// In one process what is computed has the mistakes, on ranks what they tell each other.
-int run_faults(Arguments& arguments, Call& call) {
+int run_faults(Call& call) {
   const auto registry = make_backends();
   if (call.ranks == nullptr) {
-    const Backend& carrier = find_backend(registry, arguments.backend);
-    return try_faults(arguments, call, chosen(arguments.faults, faults::all_planted(carrier)),
-                      *registry.front());
+    const Backend& carrier = find_backend(registry, call[option::backend]);
+    return try_faults(call, chosen(call[names], faults::all_planted(carrier)), *registry.front());
   }
   return try_faults(
-      arguments, call,
-      chosen(arguments.faults, faults::planted_on_ranks(*call.ranks, registry, arguments.backend)),
+      call, chosen(call[names], faults::planted_on_ranks(*call.ranks, registry, call[option::backend])),
       *registry.front(), sleeping_pieces(call.ranks->size()));
 }
 
 } // namespace
 
 void add_faults(CLI::App& program, Call& call) {
-  const auto [command, own] = declare(
-      program, call, "faults",
-      "Check the checker: plant mistakes into sessions, shaders and driver calls, one at a time, and "
-      "see that verify\ndisagrees on one scene at least; and that it lets through what is no mistake.\n"
-      "mpirun -n R hdmbench faults: mistakes in what ranks tell each other.\n"
-      "Exit status 1 if a fault is caught nowhere, or a control is not let through.",
-      run_faults);
-  CLI::Option* const list = add_flag(command, "--list", own.list, "Name the faults and stop");
-  add_option(command, "scenes", own.scenes, "Scenes by name or TOML file (none: small ones made for this)")
-      ->excludes(list);
-  add_option(command, "--faults", own.faults, "Faults and controls by name, with commas (none: all)")
-      ->delimiter(',');
-  add_option(command, "--size", own.size, "Image size: 300 (square) or 257x130 (none: 48x40, 32 where exact)")
-      ->excludes(list);
-  add_option(command, "--backend", own.backend, "Whose sessions make the sessions' mistakes");
-  add_flag(command, "--brief", own.brief, "Only what did not go as expected, and the sum")->excludes(list);
-  add_json(command, call)->excludes(list);
+  add_command(program, call, "faults", run_faults,
+              "Check the checker: plant mistakes into sessions, shaders and driver calls, one at a time, and "
+              "see that verify\n"
+              "disagrees on one scene at least; and that it lets through what is no mistake.\n"
+              "mpirun -n R hdmbench faults: mistakes in what ranks tell each other.\n"
+              "Exit status 1 if a fault is caught nowhere, or a control is not let through.",
+              {Options(option::list, "Name the faults and stop"),
+               Options(option::scenes, "Scenes by name or TOML file (none: small ones made for this)"), names,
+               Options(option::size, "Image size: 300 (square) or 257x130 (none: 48x40, 32 where exact)"),
+               Options(option::backend, "Whose sessions make the sessions' mistakes", "scalar"), brief,
+               option::json},
+              {"--list excludes scenes --size --brief --json"});
 }
 
 } // namespace hdmbench::commands

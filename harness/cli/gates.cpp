@@ -8,6 +8,17 @@ namespace hdmbench::commands {
 
 namespace {
 
+const Option<bool> require_hardware("--require-hardware",
+                                    "Leave out backends whose device is software; exit status 2 where one "
+                                    "was named with --backends or --require, or no hardware is left");
+const Option<bool>
+    fail_on_skip("--fail-on-skip",
+                 "Exit status 1 where a backend is left out or skipped because its device is not there");
+
+const Option<std::filesystem::path> baseline("--baseline",
+                                             "What verify --json wrote before: exit status 1 where a "
+                                             "comparison that agreed is missing or reaches a lower tier");
+
 json verify_rows(const std::filesystem::path& file) {
   ResultFile results = read_results(file);
   if (results.command != "verify") {
@@ -54,49 +65,42 @@ std::string losses(const json& before, const json& now) {
 
 } // namespace
 
-void Gates::add_to(CLI::App& command, bool with_baseline) {
-  const OptionGroup group(command, "For continuous integration");
-  add_flag(command, "--require-hardware", require_hardware_,
-           "Leave out backends whose device is software; exit status 2 where one was named with "
-           "--backends or --require, or no hardware is left");
-  add_flag(command, "--fail-on-skip", fail_on_skip_,
-           "Exit status 1 where a backend is left out or skipped because its device is not there");
-  if (with_baseline) {
-    add_option(command, "--baseline", baseline_,
-               "What verify --json wrote before: exit status 1 where a comparison that agreed is missing "
-               "or reaches a lower tier");
-  }
+Options gate_options(bool with_baseline) {
+  const Options all = with_baseline ? Options{require_hardware, fail_on_skip, baseline}
+                                    : Options{require_hardware, fail_on_skip};
+  return all.under("For continuous integration");
 }
 
-void Gates::prepare(CommonArguments& arguments, Call& call) {
-  if (!baseline_.empty()) {
-    (void)verify_rows(baseline_);
-    if (call.json.empty()) {
-      call.json = folder_.emplace().path() / "verify.json";
+Gates::Gates(Call& call) {
+  if (!call[baseline].empty()) {
+    (void)verify_rows(call[baseline]);
+    if (call[option::json].empty()) {
+      call[option::json] = folder_.emplace().path() / "verify.json";
     }
   }
-  if (!require_hardware_ && !fail_on_skip_) {
+  if (!call[require_hardware] && !call[fail_on_skip]) {
     return;
   }
+  std::vector<std::string>& asked = call[option::backends];
   const auto registry = make_backends();
   std::vector<std::string> kept;
   bool any_hardware = false;
   for (const auto& backend : registry) {
-    if (!arguments.backends.empty() && !contains(arguments.backends, backend->name())) {
+    if (!asked.empty() && !contains(asked, backend->name())) {
       continue;
     }
-    const bool is_processor = backend->threads(arguments.session) > 0;
+    const bool is_processor = backend->threads(call.session()) > 0;
     std::string why;
     try {
-      const Device device = backend->device(is_processor ? SessionOptions{} : arguments.session);
+      const Device device = backend->device(is_processor ? SessionOptions{} : call.session());
       any_hardware = any_hardware || (!is_processor && !device.is_software);
-      if (require_hardware_ && device.is_software) {
+      if (call[require_hardware] && device.is_software) {
         why = fmt::format("{} is software, and --require-hardware wants hardware", device.name);
       }
     } catch (const DeviceError& error) {
       why = error.what();
     }
-    if (!why.empty() && arguments.needs(backend->name())) {
+    if (!why.empty() && needs(call, backend->name())) {
       throw DeviceError(fmt::format("{} is needed but not there: {}", backend->name(), why));
     }
     if (why.empty()) {
@@ -105,31 +109,31 @@ void Gates::prepare(CommonArguments& arguments, Call& call) {
       skipped_ += fmt::format("  {}: {}\n", backend->name(), why);
     }
   }
-  if (require_hardware_) {
+  if (call[require_hardware]) {
     fmt::print("{}{}", skipped_.empty() ? "" : "Left out:\n", skipped_);
     if (!any_hardware) {
       throw DeviceError("no backend has a device that is hardware; leave out --require-hardware to run on "
                         "what there is");
     }
-    if (arguments.backends.empty()) {
+    if (asked.empty()) {
       std::erase(kept, registry.front()->name()); // runs beside the others anyway
-      arguments.backends = kept;
+      asked = kept;
     }
   }
 }
 
 int Gates::judge(int status, const Call& call) const {
   bool good = true;
-  if (fail_on_skip_ && !skipped_.empty()) {
+  if (call[fail_on_skip] && !skipped_.empty()) {
     fmt::print("\n--fail-on-skip: not everything was run:\n{}", skipped_);
     good = false;
   }
-  if (!baseline_.empty() && call.speaks()) {
+  if (!call[baseline].empty() && call.speaks()) {
     const std::string lost = [&] {
       try {
-        return losses(verify_rows(baseline_), verify_rows(call.json));
+        return losses(verify_rows(call[baseline]), verify_rows(call[option::json]));
       } catch (const json::exception& error) {
-        throw InputError(fmt::format("{}: {}", baseline_.string(), error.what()));
+        throw InputError(fmt::format("{}: {}", call[baseline].string(), error.what()));
       }
     }();
     fmt::print("\n{}\n{}",

@@ -7,18 +7,19 @@ namespace hdmbench::commands {
 
 namespace {
 
-struct Arguments : CommonArguments {
-  std::filesystem::path write;  ///< empty: only compare
-  std::filesystem::path golden; ///< empty: the committed hashes
-  Gates gates{};
+const Option<OutputFile> to_write("--write",
+                                  "Write the hashes to this file, if all backends agree; "
+                                  "harness/check/golden.json is what the next build compares with");
+const Option<std::filesystem::path>
+    to_compare("--golden",
+               "Compare with the hashes of this file, which --write wrote, in place of the committed ones");
 
-  /// Scenes as the user's own files have them, and not the shipped ones with few iterations.
-  [[nodiscard]] bool has_own_scenes() const {
-    const std::vector<Case> known = golden_cases();
-    return !std::ranges::all_of(
-        scenes, [&](const std::string& scene) { return contains(known, scene, &Case::scene); });
-  }
-};
+/// Scenes as the user's own files have them, and not the shipped ones with few iterations.
+bool has_own_scenes(const Call& call) {
+  const std::vector<Case> known = golden_cases();
+  return !std::ranges::all_of(call[option::scenes],
+                              [&](const std::string& scene) { return contains(known, scene, &Case::scene); });
+}
 
 json outcome_text(const GoldenOutcome& outcome) {
   switch (outcome.verdict) {
@@ -55,7 +56,7 @@ void print_table(const std::vector<GoldenResult>& results, std::span<const Golde
 
 /// What the table leaves open, each once.
 void print_remarks(const std::vector<GoldenResult>& results, std::span<const GoldenSolver> solvers,
-                   const Arguments& arguments) {
+                   const Call& call) {
   for (const GoldenSolver& solver : solvers) {
     if (!solver.absence().empty()) {
       fmt::print("  {}: skipped: {}\n", solver.backend().name(), solver.absence());
@@ -69,21 +70,21 @@ void print_remarks(const std::vector<GoldenResult>& results, std::span<const Gol
       if (outcome.verdict == Verdict::disagree) {
         fmt::print("  {}, {}: {}\n    repeat: hdmbench golden {} --backends {}{}\n", result.problem.name(),
                    outcome.backend, outcome.reason, result.problem.scene, outcome.backend,
-                   arguments.session_words());
+                   session_words(call));
       }
     }
   }
   const auto unknown = std::ranges::count(results, false, &GoldenResult::known);
   if (unknown > 0) {
     fmt::print("  {} cases are new, and compared with scalar only: hdmbench golden {}\n", unknown,
-               arguments.has_own_scenes() ? "SCENES --write FILE, then SCENES --golden FILE"
-                                          : "--write harness/check/golden.json, then build");
+               has_own_scenes(call) ? "SCENES --write FILE, then SCENES --golden FILE"
+                                    : "--write harness/check/golden.json, then build");
   }
 }
 
 /// The user's own scenes, of which no two may be the same case. Throws InputError.
-std::vector<Scene> load_own_scenes(const Arguments& arguments) {
-  std::vector<Scene> scenes = arguments.load_scenes({});
+std::vector<Scene> load_own_scenes(const Call& call) {
+  std::vector<Scene> scenes = load_scenes(call, {});
   for (auto scene = scenes.begin(); scene != scenes.end(); ++scene) {
     const Case problem = case_of(*scene);
     if (std::any_of(scenes.begin(), scene, [&](const Scene& other) { return case_of(other) == problem; })) {
@@ -96,9 +97,9 @@ std::vector<Scene> load_own_scenes(const Arguments& arguments) {
 /// The cases of the scenes that were asked for. Throws InputError for a name that is no shipped scene; where
 /// files are not on this machine, MissingFile for one that was named or that a golden file would lose, else
 /// the scene is left out, which is printed.
-std::vector<Scene> load_golden_scenes(const Arguments& arguments) {
+std::vector<Scene> load_golden_scenes(const Call& call) {
   const std::vector<Case> cases = golden_cases();
-  for (const std::string& name : arguments.scenes) {
+  for (const std::string& name : call[option::scenes]) {
     if (!contains(cases, name, &Case::scene)) {
       throw InputError(
           fmt::format("there are golden hashes of the shipped scenes only, which are {}; not of \"{}\". Of "
@@ -108,11 +109,11 @@ std::vector<Scene> load_golden_scenes(const Arguments& arguments) {
   }
   std::vector<Scene> scenes;
   for (const Case& problem : cases) {
-    const bool is_named = contains(arguments.scenes, problem.scene);
-    if (!is_named && !arguments.scenes.empty()) {
+    const bool is_named = contains(call[option::scenes], problem.scene);
+    if (!is_named && !call[option::scenes].empty()) {
       continue;
     }
-    if (auto scene = load_unless_missing(problem.name(), is_named || !arguments.write.empty(),
+    if (auto scene = load_unless_missing(problem.name(), is_named || !call[to_write].empty(),
                                          [&] { return load_case(problem); })) {
       scenes.push_back(std::move(*scene));
     }
@@ -140,26 +141,25 @@ int write_golden(const std::vector<GoldenResult>& results, const std::vector<Gol
   return success;
 }
 
-int run_golden(Arguments& arguments, Call& call) {
-  arguments.gates.prepare(arguments, call);
+int run_golden(Call& call) {
+  const Gates gates(call);
   const auto registry = make_backends();
   std::vector<GoldenSolver> solvers;
-  for (const Backend* backend : arguments.choose(registry)) {
-    solvers.emplace_back(*backend, arguments.session);
+  for (const Backend* backend : choose_backends(call, registry)) {
+    solvers.emplace_back(*backend, call.session());
   }
-  const bool own_scenes =
-      arguments.has_own_scenes() && !(arguments.write.empty() && arguments.golden.empty());
-  if (!own_scenes && !arguments.scenes.empty() && !arguments.write.empty()) {
+  const bool own_scenes = has_own_scenes(call) && !(call[to_write].empty() && call[to_compare].empty());
+  if (!own_scenes && !call[option::scenes].empty() && !call[to_write].empty()) {
     throw InputError(fmt::format("--write {}: leave out the scenes, because the file has all shipped ones",
-                                 arguments.write.string()));
+                                 call[to_write].string()));
   }
-  const std::vector<Scene> scenes = own_scenes ? load_own_scenes(arguments) : load_golden_scenes(arguments);
+  const std::vector<Scene> scenes = own_scenes ? load_own_scenes(call) : load_golden_scenes(call);
   std::vector<GoldenEntry> given;
-  if (!arguments.golden.empty()) {
-    given = read_golden(read_file(arguments.golden), arguments.golden.string());
+  if (!call[to_compare].empty()) {
+    given = read_golden(read_file(call[to_compare]), call[to_compare].string());
   }
   const std::vector<GoldenEntry>& golden =
-      own_scenes || !arguments.golden.empty() ? given : committed_golden();
+      own_scenes || !call[to_compare].empty() ? given : committed_golden();
   Progress progress;
   double total = 0.0;
   for (const Scene& scene : scenes) {
@@ -178,42 +178,33 @@ int run_golden(Arguments& arguments, Call& call) {
   }
   progress.clear();
   fmt::print("Displacements of all levels, hashed, against those {}; the last one also made in one piece:\n",
-             arguments.golden.empty() ? "committed" : "of " + arguments.golden.string());
+             call[to_compare].empty() ? "committed" : "of " + call[to_compare].string());
   print_table(results, solvers);
-  print_remarks(results, solvers, arguments);
+  print_remarks(results, solvers, call);
   const auto [agree, certified, skipped, mistrusted, disagree] = count;
   fmt::print("\n{} solutions are golden, {} are not, {} have nothing to be compared with, {} skipped\n",
              agree, disagree, mistrusted, skipped);
   call.write(std::move(rows));
-  const int status = !arguments.write.empty()    ? write_golden(results, golden, arguments.write)
+  const int status = !call[to_write].empty()     ? write_golden(results, golden, call[to_write])
                      : disagree + mistrusted > 0 ? disagreement
                                                  : success;
-  return arguments.gates.judge(status, call);
+  return gates.judge(status, call);
 }
 
 } // namespace
 
 void add_golden(CLI::App& program, Call& call) {
-  const auto [command, own] = declare(
-      program, call, "golden",
+  add_command(
+      program, call, "golden", run_golden,
       "Solve the shipped scenes at fixed sizes on every backend and compare a hash of the field of every\n"
       "level with those committed: machines, compilers and versions are to give the same bits, not only\n"
       "backends. Scenes of your own: SCENE.toml --write FILE keeps their hashes, SCENE.toml --golden FILE\n"
       "compares with them.\n"
       "Exit status 1 if a hash differs, or there is none to compare with.",
-      run_golden);
-  own.schedule.takes_energy = true; // as a scene's own file says
-  add_option(command, "scenes", own.scenes,
-             "Shipped scenes by name (none: all); with --golden or --write your own, by file");
-  own.add_backends_to(command);
-  own.gates.add_to(command);
-  add_option(command, "--golden", own.golden,
-             "Compare with the hashes of this file, which --write wrote, in place of the committed ones");
-  add_output(command, "--write", own.write,
-             "Write the hashes to this file, if all backends agree; harness/check/golden.json is "
-             "what the next build compares with")
-      ->excludes("--backends");
-  add_json(command, call);
+      {Options(option::scenes,
+               "Shipped scenes by name (none: all); with --golden or --write your own, by file"),
+       backends_options(), gate_options(), to_compare, to_write, option::json},
+      {"--write excludes --backends"});
 }
 
 } // namespace hdmbench::commands

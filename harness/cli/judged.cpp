@@ -17,10 +17,9 @@ namespace hdmbench::commands {
 
 namespace {
 
-struct Arguments : CommonArguments {
-  int repeats = 3;
-  std::vector<std::string> at{"0.35px", "0.01px"}; ///< of tradeoff
-};
+const Option<std::vector<std::string>>
+    accuracies("--at", "Accuracies at which the fastest are compared: RMSD to FEM with nu 0",
+               {"0.35px", "0.01px"});
 
 /// "fem, nu 0.3", "icm on openmp", "icm: step set without 0".
 std::string name_of(const Judged& row) {
@@ -68,14 +67,14 @@ void print_published(const Scene& scene) {
 
 /// Measures every scene; `show` prints its rows and adds them to the results.
 template <typename Show>
-int judge_scenes(Arguments& arguments, Call& call, const std::vector<std::string>& by_default,
-                 const JudgeOptions& options, decltype(measure_accuracy)* measure, const Show& show) {
+int judge_scenes(const Call& call, const std::vector<std::string>& by_default, const JudgeOptions& options,
+                 decltype(measure_accuracy)* measure, const Show& show) {
   const auto registry = make_backends();
-  const std::vector<const Backend*> backends = arguments.choose(registry);
+  const std::vector<const Backend*> backends = choose_backends(call, registry);
   Progress progress;
   json results = json::array();
   bool sound = true;
-  for (const Scene& scene : arguments.load_scenes(by_default)) {
+  for (const Scene& scene : load_scenes(call, by_default)) {
     const std::vector<Judged> rows = measure(scene, backends, options, progress);
     progress.clear();
     fmt::print("\n{}, {}: {}\n", scene.name, scene.extent().text(), scene.title);
@@ -87,25 +86,26 @@ int judge_scenes(Arguments& arguments, Call& call, const std::vector<std::string
             });
     std::fflush(stdout); // into a pipe too: the next scene may take long
   }
-  call.write(std::move(results), arguments.quick);
+  call.write(std::move(results));
   return sound ? success : disagreement;
 }
 
-int run_accuracy(Arguments& arguments, Call& call) {
+int run_accuracy(Call& call) {
   const std::vector<std::string> by_default{"square",   "square-modified", "square-single-level",
                                             "circular", "circular-radial", "brain"};
   const auto is_of_cells = [](const Scene& scene) { return scene.energy->is_of_cells(); };
-  if (arguments.schedule.given.contains("iterations") &&
-      std::ranges::any_of(arguments.load_scenes(by_default), is_of_cells)) {
+  if (call.schedule.given.contains("iterations") &&
+      std::ranges::any_of(load_scenes(call, by_default), is_of_cells)) {
     throw InputError("accuracy takes every elastic method at its usual effort; leave out --iterations");
   }
-  JudgeOptions options{.session = arguments.session, .repeats = arguments.repeats, .quick = arguments.quick};
-  if (!call.json.empty() && have_images()) {
-    options.pictures = std::filesystem::absolute(call.json).parent_path();
+  JudgeOptions options{
+      .session = call.session(), .repeats = call[option::repeat], .quick = call[option::quick]};
+  if (!call[option::json].empty() && have_images()) {
+    options.pictures = std::filesystem::absolute(call[option::json]).parent_path();
   }
   fmt::print("RMSD over all sites, in pixels. Interfaces, elsewhere: to FEM with the scene's nu, over the\n"
              "free sites within 5 px of two materials and over all other free sites.\n");
-  return judge_scenes(arguments, call, by_default, options, measure_accuracy,
+  return judge_scenes(call, by_default, options, measure_accuracy,
                       [](const Scene& scene, const std::vector<Judged>& rows, json& results) {
                         json measured = json::array();
                         print_published(scene);
@@ -150,25 +150,25 @@ void print_equal_accuracy(const json& equal) {
 }
 
 /// The line that repeats a point: `run` solves by methods, this command by rivals.
-std::string repeat(const Arguments& arguments, const Scene& scene, const Judged& row) {
+std::string repeat(const Call& call, const Scene& scene, const Judged& row) {
   const std::string where = fmt::format("{} --size {}", shell_word(scene.source), scene.extent().text("x"));
   if (row.is_rival) {
-    return fmt::format("hdmbench tradeoff {} --methods {}{}", where, row.method, arguments.schedule.text());
+    return fmt::format("hdmbench tradeoff {} --methods {}{}", where, row.method, call.schedule.text());
   }
   const std::string how = row.asked ? fmt::format("--energy elastic --accuracy {}px --explain", *row.asked)
                                     : fmt::format("--method {} --iterations {}", row.method, *row.told);
   return fmt::format("hdmbench run {} --backend {} {}{}{}", where, row.backend, how,
-                     row.backend == "scalar" ? "" : arguments.session_words(), arguments.schedule.text());
+                     row.backend == "scalar" ? "" : session_words(call), call.schedule.text());
 }
 
-int run_tradeoff(Arguments& arguments, Call& call) {
+int run_tradeoff(Call& call) {
   std::vector<double> targets;
-  std::ranges::transform(arguments.at, std::back_inserter(targets),
+  std::ranges::transform(call[accuracies], std::back_inserter(targets),
                          [](const std::string& text) { return parse_pixels(text); });
-  JudgeOptions options{.session = arguments.session,
-                       .repeats = arguments.quick ? 1 : arguments.repeats,
-                       .methods = std::exchange(arguments.methods, {}), // load_scenes knows no rivals
-                       .quick = arguments.quick};
+  JudgeOptions options{.session = call.session(),
+                       .repeats = call[option::quick] ? 1 : call[option::repeat],
+                       .methods = std::exchange(call[option::methods], {}), // load_scenes knows no rivals
+                       .quick = call[option::quick]};
   if (options.methods == std::vector<std::string>{"all"}) {
     options.methods.clear();
   }
@@ -178,14 +178,14 @@ int run_tradeoff(Arguments& arguments, Call& call) {
       "for.\n",
       options.repeats);
   std::vector<std::string> by_default{"square", "circular", "circular-radial", "brain"};
-  by_default.resize(arguments.quick ? 1 : by_default.size());
-  return judge_scenes(arguments, call, by_default, options, measure_tradeoff,
+  by_default.resize(call[option::quick] ? 1 : by_default.size());
+  return judge_scenes(call, by_default, options, measure_tradeoff,
                       [&](const Scene& scene, const std::vector<Judged>& rows, json& results) {
                         json shown = json::array();
                         for (const Judged& row : rows) {
                           json& result = results.emplace_back(to_json(scene, row));
                           result["kind"] = "point";
-                          result["command"] = repeat(arguments, scene, row);
+                          result["command"] = repeat(call, scene, row);
                           if (!row.seconds.empty() && (row.is_on_front || row.asked)) {
                             shown.push_back(result);
                           }
@@ -200,29 +200,22 @@ int run_tradeoff(Arguments& arguments, Call& call) {
                       });
 }
 
-struct ContinuumArguments {
-  std::vector<int> sizes{50, 75, 100, 150, 200, 300, 400, 600};
-  SceneArguments place; ///< backend and session
-  bool quick = false;
-};
+const Option<std::vector<int>> sides("--sizes", "Sides of the images, several with commas",
+                                     {50, 75, 100, 150, 200, 300, 400, 600}, CLI::Range(8, 4096));
 
 /// Moduli of the inclusion over that around it.
 constexpr std::array contrasts{0.1, 3.0, 10.0, 100.0};
 
-int run_continuum(ContinuumArguments& arguments, Call& call) {
-  if (arguments.quick) {
-    arguments.sizes = {50, 100, 200};
-  }
-  std::ranges::sort(arguments.sizes);
+int run_continuum(Call& call) {
+  std::vector<int> sizes = call[option::quick] ? std::vector{50, 100, 200} : call[sides];
+  std::ranges::sort(sizes);
   const auto registry = make_backends();
-  const Backend& backend = find_backend(registry, arguments.place.backend);
+  const Backend& backend = find_backend(registry, call[option::backend]);
   Progress progress;
-  progress.set_total(contrasts.size() * std::inner_product(arguments.sizes.begin(), arguments.sizes.end(),
-                                                           arguments.sizes.begin(), 0.0));
+  progress.set_total(contrasts.size() * std::inner_product(sizes.begin(), sizes.end(), sizes.begin(), 0.0));
   json rows = json::array();
   for (const double contrast : contrasts) {
-    const json more =
-        measure_continuum(contrast, arguments.sizes, backend, arguments.place.session, progress);
+    const json more = measure_continuum(contrast, sizes, backend, call.session(), progress);
     rows.insert(rows.end(), more.begin(), more.end());
   }
   progress.clear();
@@ -234,16 +227,11 @@ int run_continuum(ContinuumArguments& arguments, Call& call) {
       "of discretisation, since the first size.\n\n{}",
       table_text(rows, "contrast|size|discretisation.rmsd:discretisation|order|algebraic.rmsd:algebraic|"
                        "rounding.rmsd:float32|total.rmsd:our field in all|total.largest:largest"));
-  call.write(std::move(rows), arguments.quick);
+  call.write(std::move(rows));
   return success;
 }
 
-struct AtlasArguments {
-  std::vector<std::string> entries;
-  std::string backend = "scalar";
-  bool quick = false;
-  bool list = false;
-};
+const Option<std::vector<std::string>> entries("entries", "Entries by name (none: all; see --list)");
 
 /// A row a value of the knob, a column a method.
 void print_entry(const atlas::EntryResult& result) {
@@ -272,8 +260,8 @@ void print_entry(const atlas::EntryResult& result) {
   std::fflush(stdout); // into a pipe too: the next entry may take seconds
 }
 
-int run_atlas(AtlasArguments& arguments, Call& call) {
-  if (arguments.list) {
+int run_atlas(Call& call) {
+  if (call[option::list]) {
     json rows = json::array();
     for (const atlas::Entry& entry : atlas::entries()) {
       rows.push_back({{"entry", entry.name}, {"title", entry.title}, {"knob", entry.knob}});
@@ -282,7 +270,7 @@ int run_atlas(AtlasArguments& arguments, Call& call) {
     return success;
   }
   std::vector<const atlas::Entry*> chosen;
-  for (const std::string& name : arguments.entries) {
+  for (const std::string& name : call[entries]) {
     chosen.push_back(&atlas::find_entry(name));
   }
   if (chosen.empty()) {
@@ -290,41 +278,36 @@ int run_atlas(AtlasArguments& arguments, Call& call) {
                            [](const atlas::Entry& entry) { return &entry; });
   }
   const auto registry = make_backends();
-  const Backend& backend = find_backend(registry, arguments.backend);
+  const Backend& backend = find_backend(registry, call[option::backend]);
   Progress progress;
   double total = 0.0;
   for (const atlas::Entry* const entry : chosen) {
-    total += static_cast<double>((arguments.quick ? entry->quick_knobs : entry->knobs).size());
+    total += static_cast<double>((call[option::quick] ? entry->quick_knobs : entry->knobs).size());
   }
   progress.set_total(total);
   json rows = json::array();
   for (const atlas::Entry* const entry : chosen) {
-    const atlas::EntryResult result = atlas::run_entry(*entry, backend, arguments.quick, progress);
+    const atlas::EntryResult result = atlas::run_entry(*entry, backend, call[option::quick], progress);
     progress.clear();
     print_entry(result);
-    if (!call.json.empty()) {
-      rows.push_back(atlas::atlas_row(result, std::filesystem::absolute(call.json).parent_path()));
+    if (!call[option::json].empty()) {
+      rows.push_back(atlas::atlas_row(result, std::filesystem::absolute(call[option::json]).parent_path()));
     }
   }
-  call.write(std::move(rows), arguments.quick);
+  call.write(std::move(rows));
   return success;
 }
 
-struct RivalsArguments {
-  SceneArguments scene;
-  std::vector<std::string> kinds{planted_names.begin(), planted_names.end()};
-  bool quick = false;
-  int detection = 0; ///< pairs of cases; 0: registration
-  bool pictures = false;
-  bool spread = false;
-  std::filesystem::path output;
-};
-
-/// What one of the two things that rivals does comes to.
-struct Found {
-  const char* command; ///< as result files call it
-  json rows;
-};
+const Option<std::vector<std::string>>
+    kinds("--planted", "What deforms: growth, resection, pressure, with commas",
+          {planted_names.begin(), planted_names.end()},
+          CLI::IsMember(std::vector<std::string>(planted_names.begin(), planted_names.end())));
+const Option<int> detection("--detection", "So many cases with a hidden inclusion, and as many without", 0,
+                            CLI::Range(1, 1'000'000));
+const Option<bool> spread("--spread", "Radius 3 to 15 pixels and contrast 1.5 to 10, another each case");
+const Option<bool> pictures(
+    "--pictures",
+    "The displacement is not given: Algorithm 6 finds it in pictures that do not show the inclusion");
 
 /// For `register` and `detect`.
 void write_pair(const std::filesystem::path& folder, const Scene& scene, const PlantedPair& pair,
@@ -338,176 +321,136 @@ void write_pair(const std::filesystem::path& folder, const Scene& scene, const P
   fmt::print("  {}: source, target, region and truth (pixels) of {}\n\n", folder.string(), what);
 }
 
-Found compare(const RivalsArguments& arguments, const Scene& scene, const Backend& backend,
-              Progress& progress) {
+json compare(const Call& call, const Scene& scene, const Backend& backend, Progress& progress) {
   json all = json::array();
-  for (const std::string& name : arguments.kinds) {
+  for (const std::string& name : call[kinds]) {
     const PlantedOptions options{
         .kind = static_cast<Planted>(std::ranges::find(planted_names, name) - planted_names.begin())};
-    if (!arguments.output.empty()) {
-      write_pair(arguments.output / name, scene, plant(scene, options), name);
+    if (!call[option::output].empty()) {
+      write_pair(call[option::output] / name, scene, plant(scene, options), name);
     }
-    const json rows =
-        compare_rivals(scene, options, !arguments.quick, backend, arguments.scene.session, progress);
+    const json rows = compare_rivals(scene, options, !call[option::quick], backend, call.session(), progress);
     progress.clear();
     fmt::print("{}, {}: {} of {:g} px, noise {:g} %, seed {}; RMSD to the truth in pixels\n\n{}\n",
                scene.name, scene.extent().text(), name, options.amplitude, 100.0 * options.noise,
                options.seed, table_text(rows, "method|tissue|tissue_95:95 %|region|dice:Dice|folds|seconds"));
     all.insert(all.end(), rows.begin(), rows.end());
   }
-  return {"rivals", std::move(all)};
+  return all;
 }
 
-Found look(const RivalsArguments& arguments, const Scene& scene, const Backend& backend, Progress& progress) {
-  const auto session = backend.open_elastic(arguments.scene.session);
-  progress.set_total(2.0 * arguments.detection);
+json look(const Call& call, const Scene& scene, const Backend& backend, Progress& progress) {
+  const auto session = backend.open_elastic(call.session());
+  progress.set_total(2.0 * call[detection]);
   progress.describe(fmt::format("rivals {}: planted inclusions", scene.name));
-  const double noise = arguments.pictures ? PlantedOptions{}.noise : PlantedInclusion{}.noise;
+  const double noise = call[pictures] ? PlantedOptions{}.noise : PlantedInclusion{}.noise;
   const auto inclusion_of = [&](std::uint32_t number) {
-    PlantedInclusion inclusion = arguments.spread ? any_inclusion(number) : PlantedInclusion{.seed = number};
+    PlantedInclusion inclusion = call[spread] ? any_inclusion(number) : PlantedInclusion{.seed = number};
     inclusion.noise = noise;
     return inclusion;
   };
-  if (arguments.pictures && !arguments.output.empty()) {
+  if (call[pictures] && !call[option::output].empty()) {
     PlantedInclusion exact = inclusion_of(1);
     exact.noise = 0.0;
     const PlantedField field = plant(scene, exact);
-    write_pair(arguments.output / "inclusion", scene, pictures_of(scene, field, noise, exact.seed),
+    write_pair(call[option::output] / "inclusion", scene, pictures_of(scene, field, noise, exact.seed),
                fmt::format("an inclusion at x = {:.1f}, y = {:.1f}", field.x, field.y));
   }
-  json rows =
-      look_for_cases(arguments.detection, inclusion_of, {scene, arguments.pictures, *session}, progress);
+  json rows = look_for_cases(call[detection], inclusion_of, {scene, call[pictures], *session}, progress);
   for (json& row : rows) {
-    row["spread"] = arguments.spread;
+    row["spread"] = call[spread];
   }
   progress.clear();
   fmt::print("{}, {}: {} cases with an inclusion of {}, as many without; noise {:g} % of {}\n{}", scene.name,
-             scene.extent().text(), arguments.detection,
-             arguments.spread ? "radius 3 to 15 px and contrast 1.5 to 10"
-                              : fmt::format("radius {:g} px and contrast {:g}", PlantedInclusion{}.radius,
-                                            PlantedInclusion{}.contrast),
-             100.0 * noise, arguments.pictures ? "white, in the pictures" : "the largest displacement",
+             scene.extent().text(), call[detection],
+             call[spread] ? "radius 3 to 15 px and contrast 1.5 to 10"
+                          : fmt::format("radius {:g} px and contrast {:g}", PlantedInclusion{}.radius,
+                                        PlantedInclusion{}.contrast),
+             100.0 * noise, call[pictures] ? "white, in the pictures" : "the largest displacement",
              row_text("  area under the ROC {area:.3f}; had the place been known {area_by_place:.3f}\n"
                       "  more than chance found in {found} cases with an inclusion, in {mistaken} without\n"
                       "  error of the position {distance:.2f} px, contrast found over the true one "
                       "{found_share:.2f}, medians\n",
                       detection_figures(rows)));
-  return {"roc", std::move(rows)};
+  return rows;
 }
 
-int run_rivals(RivalsArguments& arguments, Call& call) {
-  if (arguments.detection > 0 && !arguments.pictures) {
+int run_rivals(Call& call) {
+  const bool detects = call[detection] > 0;
+  if (detects && !call[pictures]) {
     refuse_idle(*call.command, {"--output"}, "only pictures are written; with --detection give --pictures");
   }
-  const Scene scene = arguments.scene.load();
+  const Scene scene = scene_of(call);
   const auto registry = make_backends();
-  const Backend& backend = arguments.scene.choose(registry, scene);
+  const Backend& backend = choose_backend(call, registry, scene);
   if (!backend.has_elastic()) {
     throw InputError(fmt::format("{} has no elastic energy", backend.name()));
   }
   Progress progress;
-  const auto& run = arguments.detection > 0 ? look : compare;
-  Found found = run(arguments, scene, backend, progress);
-  call.write(std::move(found.rows), arguments.quick, found.command);
+  call.write((detects ? look : compare)(call, scene, backend, progress), detects ? "roc" : "rivals");
   return success;
 }
 
 } // namespace
 
 void add_accuracy(CLI::App& program, Call& call) {
-  const auto [command, own] = declare(
-      program, call, "accuracy",
+  add_command(
+      program, call, "accuracy", run_accuracy,
       "Measure every method against finite elements and the exact fixed point: Tables 5.1, 5.3, 5.5 and\n"
       "5.7 of the thesis by default, and a brain. Exit status 1 where a field is not scalar's to the bit.",
-      run_accuracy);
-  own.schedule.takes_energy = true;
-  own.add_to(command, call);
-  remove_options(command, {"--method", "--methods", "--update", "--stop", "--epsilon"});
-  add_option(command, "--repeat", own.repeats, "Samples of the seconds, fewer where they take long")
-      ->check(CLI::Range(1, 1'000'000));
+      {comparison_options().without({"--method", "--methods", "--update", "--stop", "--epsilon"}),
+       Options(option::repeat, "Samples of the seconds, fewer where they take long")});
 }
 
 void add_tradeoff(CLI::App& program, Call& call) {
-  const auto [command, own] = declare(
-      program, call, "tradeoff",
+  add_command(
+      program, call, "tradeoff", run_tradeoff,
       "Speed against accuracy: every method at several efforts, and its rivals (finite elements direct, by\n"
       "conjugate gradients and on a coarse mesh, interpolation), timed and measured against the truths.\n"
       "Prints the Pareto front per scene; the report draws the chart. Exit status 1 where a field is not\n"
       "scalar's to the bit.",
-      run_tradeoff);
-  own.schedule.takes_energy = true;
-  own.add_to(command, call);
-  remove_options(command, {"--method", "--iterations", "--update", "--steps"});
-  add_option(command, "--at", own.at, "Accuracies at which the fastest are compared: RMSD to FEM with nu 0")
-      ->delimiter(',');
-  add_option(command, "--repeat", own.repeats, "Samples per point, fewer where they take long")
-      ->excludes("--quick")
-      ->check(CLI::Range(1, 1'000'000));
+      {comparison_options().without({"--method", "--iterations", "--update", "--steps"}), accuracies,
+       Options(option::repeat, "Samples per point, fewer where they take long")},
+      {"--repeat excludes --quick"});
 }
 
 void add_continuum(CLI::App& program, Call& call) {
-  const auto [command, own] =
-      declare(program, call, "continuum",
-              "How far a mesh of pixels is from the continuum: a round inclusion whose displacement is "
-              "known exactly,\non meshes of several sizes; errors of discretisation, of the solver and "
-              "of float32 apart.",
-              run_continuum);
-  CLI::Option* const sizes =
-      add_option(command, "--sizes", own.sizes, "Sides of the images, several with commas")
-          ->delimiter(',')
-          ->check(CLI::Range(8, 4096));
-  own.place.add_backend_to(command);
-  add_flag(command, "--quick", own.quick, "Three sizes to 200; the results say so")->excludes(sizes);
-  add_json(command, call);
+  add_command(program, call, "continuum", run_continuum,
+              "How far a mesh of pixels is from the continuum: a round inclusion whose displacement is known "
+              "exactly,\n"
+              "on meshes of several sizes; errors of discretisation, of the solver and of float32 apart.",
+              {sides, backend_options(), Options(option::quick, "Three sizes to 200; the results say so"),
+               option::json},
+              {"--quick excludes --sizes"});
 }
 
 void add_atlas(CLI::App& program, Call& call) {
-  const auto [command, own] =
-      declare(program, call, "atlas",
+  add_command(program, call, "atlas", run_atlas,
               "Where the methods fail: families of scenes along one knob each, from healthy to harmful, the "
-              "error of every\nmethod, from where on it fails, how that shows, and what survives.",
-              run_atlas);
-  CLI::Option* const list = add_flag(command, "--list", own.list, "Name the entries and stop");
-  add_option(command, "entries", own.entries, "Entries by name (none: all; see --list)")->excludes(list);
-  add_option(command, "--backend", own.backend, "Where it is computed; the bits are the same everywhere")
-      ->excludes(list);
-  add_flag(command, "--quick", own.quick, "Fewer values of every knob; the results say so")->excludes(list);
-  add_json(command, call, "Write the results to this file, pictures beside it")->excludes(list);
+              "error of every\n"
+              "method, from where on it fails, how that shows, and what survives.",
+              {option::list, entries,
+               Options(option::backend, "Where it is computed; the bits are the same everywhere", "scalar"),
+               Options(option::quick, "Fewer values of every knob; the results say so"),
+               Options(option::json, "Write the results to this file, pictures beside it")},
+              {"--list excludes entries --backend --quick --json"});
 }
 
 void add_rivals(CLI::App& program, Call& call) {
-  const auto [command, own] =
-      declare(program, call, "rivals",
-              "register and detect against planted truth, and what others do: finite elements deform a "
-              "slice,\nnoise is added, and every method has to find out how.",
-              run_rivals);
-  own.scene.scene = "brain";
-  own.scene.schedule.takes_energy = true;
-  add_option(command, "scene", own.scene.scene, "Scene by name or TOML file");
-  add_option(command, "--size", own.scene.size, "Image size: 300 (square) or 257x130");
-  own.scene.add_orientation_to(command);
-  own.scene.add_backend_to(command);
-  CLI::Option* const quick = add_flag(command, "--quick", own.quick,
-                                      "Without mutual information: ITK's, and so without Algorithm 5");
-  CLI::Option* const planted =
-      add_option(command, "--planted", own.kinds, "What deforms: growth, resection, pressure, with commas")
-          ->delimiter(',')
-          ->check(CLI::IsMember(std::vector<std::string>(planted_names.begin(), planted_names.end())));
-  add_output_folder(
-      command, own.output,
-      "Write the pictures of each pair to this folder, for register; with --pictures those of the "
-      "first inclusion, for detect");
-  CLI::Option* const detection = add_option(command, "--detection", own.detection,
-                                            "So many cases with a hidden inclusion, and as many without")
-                                     ->check(CLI::Range(1, 1'000'000))
-                                     ->excludes(quick)
-                                     ->excludes(planted);
-  add_flag(command, "--spread", own.spread, "Radius 3 to 15 pixels and contrast 1.5 to 10, another each case")
-      ->needs(detection);
-  add_flag(command, "--pictures", own.pictures,
-           "The displacement is not given: Algorithm 6 finds it in pictures that do not show the inclusion")
-      ->needs(detection);
-  add_json(command, call);
+  add_command(
+      program, call, "rivals", run_rivals,
+      "register and detect against planted truth, and what others do: finite elements deform a slice,\n"
+      "noise is added, and every method has to find out how.",
+      {Options(option::scene, nullptr, "brain"), Options(option::size, "Image size: 300 (square) or 257x130"),
+       option::orientation, option::slice, backend_options(),
+       Options(option::quick, "Without mutual information: ITK's, and so without Algorithm 5"), kinds,
+       Options(option::output,
+               "Write the pictures of each pair to this folder, for register; with --pictures those of the "
+               "first inclusion, for detect",
+               ""),
+       detection, spread, pictures, option::json},
+      {"--slice needs --orientation", "--detection excludes --quick --planted", "--spread needs --detection",
+       "--pictures needs --detection"});
 }
 
 } // namespace hdmbench::commands

@@ -94,25 +94,19 @@ int run_program(std::span<char*> words, Ranks* ranks) {
       "hdmbench");
   program.set_version_flag("--version", std::string(build::version));
   program.require_subcommand(1);
-  for (const auto add : {add_devices,     add_methods,      add_run,
-                         add_register,    add_detect,       add_rivals,
-                         add_verify,      add_probe,        add_implementations,
-                         add_faults,      add_golden,       add_bench,
-                         add_accuracy,    add_continuum,    add_atlas,
-                         add_tradeoff,    add_browser,      add_report,
-                         add_export,      add_fem_to_image, add_positions_to_displacements,
-                         add_energy_plot, add_tune}) {
+  for (AddCommand* const add : {add_devices,     add_methods,      add_run,
+                                add_register,    add_detect,       add_rivals,
+                                add_verify,      add_probe,        add_implementations,
+                                add_faults,      add_golden,       add_bench,
+                                add_accuracy,    add_continuum,    add_atlas,
+                                add_tradeoff,    add_browser,      add_report,
+                                add_export,      add_fem_to_image, add_positions_to_displacements,
+                                add_energy_plot, add_tune}) {
     add(program, call);
   }
   std::vector<std::string> names;
   for (CLI::App* const command : program.get_subcommands({})) {
     command->parse_complete_callback([command, speaks] { require_outputs(*command, speaks); });
-    for (CLI::Option* const option : command->get_options()) {
-      option->capture_default_str();
-      if (const std::string value = option->get_default_str(); value == "[]" || value == "0") {
-        option->default_str("");
-      }
-    }
     names.push_back(command->get_name());
   }
   if (words.size() < 2) {

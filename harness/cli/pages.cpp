@@ -11,37 +11,31 @@ namespace hdmbench::commands {
 
 namespace {
 
-struct ReportArguments {
-  std::vector<std::filesystem::path> results;
-  std::filesystem::path output = "hdmbench-report.html";
-};
+const Option<std::vector<std::filesystem::path>> results("results",
+                                                         "Files that --json wrote, or folders of them");
+const Option<OutputFile> page_file("--output", "The page", "hdmbench-report.html");
 
-struct BrowserArguments {
-  CommonArguments scenes;
-  std::filesystem::path output = "hdmbench-browser.html";
-};
-
-int run_report(ReportArguments& arguments, Call& /*call*/) {
-  write_report(arguments.results, arguments.output);
-  fmt::print("{}\n{}\n", summary_text(arguments.results), arguments.output.string());
+int run_report(Call& call) {
+  write_report(call[results], call[page_file]);
+  fmt::print("{}\n{}\n", summary_text(call[results]), call[page_file].string());
   return success;
 }
 
-int write_page([[maybe_unused]] BrowserArguments& arguments, [[maybe_unused]] Call& call) {
+int write_page([[maybe_unused]] Call& call) {
 #ifdef HDMBENCH_WITH_BROWSER
-  require_writable(arguments.output);
-  if (arguments.scenes.sizes.empty()) {
-    arguments.scenes.sizes = {"64"};
+  require_writable(call[page_file]);
+  if (call[option::sizes].empty()) {
+    call[option::sizes] = {"64"};
   }
   Progress progress;
   progress.describe("prepare the scenes");
-  const std::vector<Scene> scenes = arguments.scenes.load_scenes(
-      {"exact-textures", "exact-pyramid", "tie-rich", "random", "square", "brain"});
+  const std::vector<Scene> scenes =
+      load_scenes(call, {"exact-textures", "exact-pyramid", "tie-rich", "random", "square", "brain"});
   const std::string page = browser_page(scenes, run_context(call.line, false), progress);
-  write_text(arguments.output, page);
+  write_text(call[page_file], page);
   progress.clear();
   fmt::print("{} scenes, {:.1f} MB: open {} in a browser\n", scenes.size(),
-             static_cast<double>(page.size()) / 1e6, arguments.output.string());
+             static_cast<double>(page.size()) / 1e6, call[page_file].string());
   return success;
 #else
   throw InputError(
@@ -53,22 +47,19 @@ int write_page([[maybe_unused]] BrowserArguments& arguments, [[maybe_unused]] Ca
 } // namespace
 
 void add_report(CLI::App& program, Call& call) {
-  const auto [command, own] =
-      declare(program, call, "report",
-              "Put results into one HTML page that needs no network and no other file.", run_report);
-  add_option(command, "results", own.results, "Files that --json wrote, or folders of them")->required();
-  add_output(command, "--output", own.output, "The page");
+  add_command(program, call, "report", run_report,
+              "Put results into one HTML page that needs no network and no other file.", {results, page_file},
+              {"results is required"});
 }
 
 void add_browser(CLI::App& program, Call& call) {
-  const auto [command, own] = declare(
-      program, call, "browser",
+  add_command(
+      program, call, "browser", write_page,
       "Write a page that tests the GPU of whoever opens it: the thesis's shader in WebGL 2 beside scalar in\n"
       "WebAssembly, every site after every sweep. Needs no network.\n"
       "Without scenes: those that show most, at 64 x 64.",
-      write_page);
-  own.scenes.add_scenes_to(command);
-  add_output(command, "--output", own.output, "The page");
+      {scenes_options(false), Options(page_file, nullptr, "hdmbench-browser.html")},
+      {"--methods excludes --method"}, false);
 }
 
 } // namespace hdmbench::commands

@@ -1,6 +1,5 @@
 #include "harness/check/compare.hpp"
 #include "harness/cli/arguments.hpp"
-#include "harness/cli/run_files.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/ranks/message_passing.hpp"
@@ -8,6 +7,7 @@
 #include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/row_fields.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/planner.hpp"
 #include "harness/solve/solve.hpp"
@@ -23,29 +23,42 @@ namespace hdmbench::commands {
 
 namespace {
 
-struct Arguments {
-  SceneArguments scene;
-  std::filesystem::path output = "hdmbench-output";
-  std::string format = "nrrd"; ///< extension of the field's file
-  std::string accuracy;        ///< "0.2px" or "0.1mm"; empty: not asked for
-  std::string within;          ///< "10ms"; empty: not asked for
-  bool explain = false;
-  std::size_t sites_per_rank = 0; ///< of Sharing
-  int halo = 0;                   ///< the same
+const Option<std::string> format("--format", "Format of the displacement: nrrd, mha or nii.gz (NIfTI)",
+                                 "nrrd", CLI::IsMember({"nrrd", "mha", "nii.gz"}));
+const Option<std::string>
+    accuracy("--accuracy", "Distance from finite elements that is good enough, RMS, as 0.2px or 0.1mm: with "
+                           "the elastic energy, and levels and steps that follow from the scene; exit status "
+                           "1 where the estimate is above it, or cannot be trusted");
+const Option<std::string>
+    within("--within",
+           "The time there is, as 10ms or 2s: the best field of the elastic energy and its error");
+const Option<bool> explain("--explain", "Print the plan, step by step, and why");
+const Option<std::size_t>
+    sites_per_rank("--sites-per-rank",
+                   "With mpirun: a level goes to as many ranks as get so many sites each, 0: 16384, of the "
+                   "elastic energy 4096; --backend is then one for all, or as openmp+vulkan-compute each "
+                   "rank's in turn, and --device may be by-rank");
+const Option<int> halo("--halo",
+                       "With mpirun: sites that a rank computes beyond its own, a multiple of 4, on every "
+                       "level; 0: an eighth of the shortest piece, 4 ... 64. Of the elastic energy those of "
+                       "the coarsest level that is cut, even; 0: 4. The bits are the same",
+                       0, CLI::Range(0, 1024));
 
-  [[nodiscard]] bool asks() const { return !accuracy.empty() || !within.empty(); }
-  /// Of a scene whose pixels have sides of `spacing` millimetres. Throws InputError.
-  [[nodiscard]] Request request(double spacing) const {
-    Request wanted;
-    if (!accuracy.empty()) {
-      wanted.accuracy = parse_pixels(accuracy, spacing);
-    }
-    if (!within.empty()) {
-      wanted.seconds = parse_seconds(within);
-    }
-    return wanted;
+bool asks(const Call& call) {
+  return !call[accuracy].empty() || !call[within].empty();
+}
+
+/// Of a scene whose pixels have sides of `spacing` millimetres. Throws InputError.
+Request request_of(const Call& call, double spacing) {
+  Request wanted;
+  if (!call[accuracy].empty()) {
+    wanted.accuracy = parse_pixels(call[accuracy], spacing);
   }
-};
+  if (!call[within].empty()) {
+    wanted.seconds = parse_seconds(call[within]);
+  }
+  return wanted;
+}
 
 /// `counted`: whether solution.levels have counts of changes.
 void print_levels(const Solution& solution, bool counted) {
@@ -75,20 +88,20 @@ double mean_energy_of(const Scene& scene, const VectorField& displacement) {
 }
 
 /// How ranks share the scene out. Throws InputError where they cannot.
-Sharing sharing_of(const Scene& scene, const Arguments& arguments, const Ranks& ranks) {
+Sharing sharing_of(const Scene& scene, const Call& call) {
   const bool of_cells = scene.energy->is_of_cells();
   const int granule = of_cells ? 2 : 4;
-  if (arguments.halo % granule != 0) {
-    throw InputError(fmt::format("--halo {}: a multiple of {}{}, or 0", arguments.halo, granule,
+  if (call[halo] % granule != 0) {
+    throw InputError(fmt::format("--halo {}: a multiple of {}{}, or 0", call[halo], granule,
                                  of_cells ? fmt::format(" for the {} energy", scene.energy->name) : ""));
   }
   if (scene.full.update == Update::sequential) {
     throw InputError("sequential, each of whose sweeps crosses the image site by site, runs on one rank");
   }
-  return {.ranks = ranks.size(),
-          .pieces = ranks.size(),
-          .fewest_sites = arguments.sites_per_rank,
-          .halo = arguments.halo};
+  return {.ranks = call.ranks->size(),
+          .pieces = call.ranks->size(),
+          .fewest_sites = call[sites_per_rank],
+          .halo = call[halo]};
 }
 
 /// Throws InputError for a request with an energy, which `says` asks for, that does not come near to finite
@@ -105,13 +118,12 @@ void require_near_finite_elements(const RegisteredEnergy& energy, std::string_vi
 }
 
 /// The scene, which a request solves with the energy that comes near to finite elements.
-Scene load_for(const Arguments& arguments) {
-  if (!arguments.asks() || arguments.scene.schedule.energy != nullptr) {
-    return arguments.scene.load();
+Scene load_for(Call& call) {
+  if (!asks(call) || call.schedule.energy != nullptr) {
+    return scene_of(call);
   }
-  SceneArguments asking = arguments.scene;
-  asking.schedule.energy = &energy_near(ReferenceSolution::finite_elements);
-  Scene scene = asking.load();
+  call.schedule.energy = &energy_near(ReferenceSolution::finite_elements);
+  Scene scene = scene_of(call);
   if (scene.stated_energy != nullptr) {
     require_near_finite_elements(*scene.stated_energy, scene.source);
   }
@@ -132,10 +144,10 @@ void require_held(const Scene& scene) {
 
 /// A request is a method of its own, so what belongs to another one has no meaning beside it. Throws
 /// InputError.
-void require_meaning(const Arguments& arguments, const Call& call) {
+void require_meaning(const Call& call) {
   const CLI::App& command = *call.command;
-  (void)arguments.request(1.0);
-  if (const auto* const energy = arguments.scene.schedule.energy; arguments.asks() && energy != nullptr) {
+  (void)request_of(call, 1.0);
+  if (const auto* const energy = call.schedule.energy; asks(call) && energy != nullptr) {
     require_near_finite_elements(*energy, fmt::format("--energy {}", energy->name));
   }
   if (launched_together() == 0) {
@@ -145,9 +157,8 @@ void require_meaning(const Arguments& arguments, const Call& call) {
   if (call.ranks != nullptr) {
     refuse_idle(command, {"--accuracy", "--within"}, "that runs in one process, without mpirun");
   }
-  if (arguments.asks()) {
-    refuse_idle(command,
-                schedule_options(command, {"--energy", "--penalty", "--prior-weight", "--alignment"}),
+  if (asks(call)) {
+    refuse_idle(command, schedule_names(command, {"--energy", "--penalty", "--prior-weight", "--alignment"}),
                 "--accuracy and --within choose method, levels and iterations themselves");
   } else {
     refuse_idle(command, {"--explain"}, "it explains a plan, which --accuracy or --within ask for");
@@ -155,11 +166,11 @@ void require_meaning(const Arguments& arguments, const Call& call) {
 }
 
 /// What each rank did, on the first one; nothing on the others. Collective.
-json rows_of_ranks(const Arguments& arguments, const std::vector<std::unique_ptr<Backend>>& registry,
+json rows_of_ranks(const Call& call, const std::vector<std::unique_ptr<Backend>>& registry,
                    const RankBackend& backend, const PeakMemory& memory, Ranks& ranks) {
   const Traffic traffic = ranks.traffic();
   const json own{{"machine", machine_name()},
-                 {"backend", backend_of_rank(registry, arguments.scene.backend, ranks.rank()).name()},
+                 {"backend", backend_of_rank(registry, call[option::backend], ranks.rank()).name()},
                  {"device", backend.device({}).name},
                  {"threads", backend.threads({})}, // of its own, 0: its driver decides
                  {"messages", traffic.messages},
@@ -202,30 +213,117 @@ Warnings find_warnings(const Scene& scene, const Solution& solution, const std::
   return warnings;
 }
 
-int run_scene(Arguments& arguments, Call& call) {
-  require_meaning(arguments, call);
+constexpr std::array picture_names{"before", "after", "grid", "magnitude", "jacobian", "slices"};
+
+/// Of an image those without slices.
+std::span<const char* const> pictures_of(const Scene& scene) {
+  return std::span(picture_names).first(!is_inspected(scene.extent()) ? 0 : scene.extent().depth > 1 ? 6 : 5);
+}
+
+/// A slice across x or y with its last row first: z leads up in the pictures, as heads stand.
+ScalarField upright(const ScalarField& slice, const Plane& plane) {
+  if (plane.axis == 2) {
+    return slice;
+  }
+  ScalarField turned(slice.extent);
+  for (int row = 0; row < slice.extent.height; ++row) {
+    std::copy_n(slice.values.data() + slice.extent.index(0, row), slice.extent.width,
+                turned.values.data() + slice.extent.index(0, slice.extent.height - 1 - row));
+  }
+  return turned;
+}
+
+/// Of a volume what `draw` makes of each of its planes to show, beside each other. `files`: as file_names()
+/// has them. The row of a volume is told how the slices lie in their picture.
+void write_pictures(const std::filesystem::path& folder, std::span<const std::string> files,
+                    const Scene& scene, const VectorField& displacement, json& row) {
+  const std::vector<Plane> planes = planes_to_show(displacement);
+  const auto drawn = [&](const auto& draw) {
+    std::vector<ScalarField> slices;
+    std::ranges::transform(planes, std::back_inserter(slices),
+                           [&](const Plane& plane) { return upright(draw(plane), plane); });
+    return side_by_side(slices);
+  };
+  const auto slices_of = [&](const ScalarField& field) {
+    return drawn([&](const Plane& plane) { return slice_of(field, plane); });
+  };
+  write_png(folder / files[1], slices_of(scene.picture));
+  write_png(folder / files[2],
+            drawn([&](const Plane& plane) { return warp(scene.picture, displacement, plane); }));
+  // The lines of a grid stay in their plane: what leads out of it shows in the magnitude.
+  write_png(folder / files[3], drawn([&](const Plane& plane) {
+              const VectorField in_plane = slice_of(displacement, plane);
+              return warp(grid_picture(in_plane.extent, grid_spacing(scene.extent())), in_plane);
+            }));
+  const ScalarField magnitude = magnitude_of(displacement);
+  write_magnitude_png(folder / files[4], slices_of(magnitude),
+                      std::max(double{std::ranges::max(magnitude.values)}, 1e-6));
+  // Full blue is a fold, full red a doubled area, or volume.
+  const ScalarField change = slices_of(area_change_map(displacement));
+  write_signed_png(folder / files[5], change.extent, change.values, 1.0);
+  if (scene.extent().depth > 1) {
+    const ContactSheet sheet = contact_sheet(scene.picture, displacement);
+    write_png(folder / files[6], sheet.picture);
+    row["slices"] = with_size({{"at", {planes[2].at, planes[1].at, planes[0].at}}}, sheet.volume);
+  }
+}
+
+/// What goes to the output folder: the field, with this extension, then, of a scene that is inspected, the
+/// pictures.
+std::vector<std::string> file_names(const Scene& scene, const std::string& extension) {
+  std::vector<std::string> names{fmt::format("{}.{}", scene.name, extension)};
+  for (const char* const picture : pictures_of(scene)) {
+    names.push_back(fmt::format("{}-{}.png", scene.name, picture));
+  }
+  return names;
+}
+
+/// Writes these `files`, says so, and puts their names, as they are seen from the result file `results`, into
+/// the row of the run. Throws InputError where one cannot be written.
+void write_files(const std::filesystem::path& folder, const std::vector<std::string>& files,
+                 const std::filesystem::path& results, const Scene& scene, const VectorField& displacement,
+                 json& row) {
+  if (!have_images()) {
+    fmt::print("  No files are written: this build has no image support (-DHDMBENCH_IMAGES=ON).\n");
+    return;
+  }
+  write_displacement(folder / files[0], displacement, scene.spacing, scene.placement);
+  row["field"] = beside(results, folder, files[0]);
+  fmt::print("  {}: the displacement in millimetres\n", (folder / files[0]).string());
+  if (is_inspected(scene.extent())) {
+    write_pictures(folder, files, scene, displacement, row);
+    fmt::print("  beside it {}\n", fmt::join(files.begin() + 1, files.end(), ", "));
+  }
+  std::size_t next = 1;
+  for (const char* const picture : pictures_of(scene)) {
+    row["pictures"][picture] = beside(results, folder, files[next++]);
+  }
+}
+
+int run_scene(Call& call) {
+  require_meaning(call);
   Ranks* const ranks = call.ranks;
   const PeakMemory memory;
   Progress progress(call.speaks());
-  progress.describe(fmt::format("prepare {}", arguments.scene.scene));
-  const Scene scene = load_for(arguments);
-  const Request request = arguments.request(scene.spacing);
+  progress.describe(fmt::format("prepare {}", call[option::scene]));
+  const Scene scene = load_for(call);
+  const Request request = request_of(call, scene.spacing);
   const bool inspected = is_inspected(scene.extent());
   const auto registry = make_backends();
-  SessionOptions session = arguments.scene.session;
+  SessionOptions session = call.session();
   std::optional<RankBackend> shared;
   if (ranks != nullptr) {
-    shared.emplace(*ranks, registry, arguments.scene.backend, session, sharing_of(scene, arguments, *ranks));
+    shared.emplace(*ranks, registry, call[option::backend], session, sharing_of(scene, call));
     session.device.clear(); // a rank's own is taken already
   }
-  const Backend& backend = shared ? *shared : arguments.scene.choose(registry, scene);
+  const Backend& backend = shared ? *shared : choose_backend(call, registry, scene);
   const Device device = backend.device(session);
-  const std::vector<std::string> files = file_names(scene, arguments.format);
+  const std::vector<std::string> files = file_names(scene, call[format]);
   if (have_images() && call.speaks()) {
-    require_folder(arguments.output, files, files_of_scene(arguments.scene.scene));
+    require_folder(call[option::output], files, files_of_scene(call[option::scene]));
   }
   require_held(scene);
-  if (arguments.format == "nii.gz" && scene.extent().axes() == 2) {
+  if (call[format] == "nii.gz" && scene.extent().axes() == 2) {
     throw InputError("--format nii.gz is for volumes: programs read a NIfTI file of one slice without its "
                      "place in space; give nrrd or mha");
   }
@@ -234,7 +332,7 @@ int run_scene(Arguments& arguments, Call& call) {
   progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
   std::optional<Plan> plan;
   Solution solution;
-  if (arguments.asks()) {
+  if (asks(call)) {
     plan = solve_as_needed(scene, request, backend, session, progress);
     solution = plan->solution;
   } else {
@@ -243,7 +341,7 @@ int run_scene(Arguments& arguments, Call& call) {
   progress.clear();
   json by_rank = json::array();
   if (ranks != nullptr) {
-    by_rank = rows_of_ranks(arguments, registry, *shared, memory, *ranks);
+    by_rank = rows_of_ranks(call, registry, *shared, memory, *ranks);
     if (!call.speaks()) { // all have the same field
       return success;
     }
@@ -277,7 +375,7 @@ int run_scene(Arguments& arguments, Call& call) {
              is_volume ? "voxels" : "pixels", scene.spacing, method, backend.name(), device.name);
   if (plan) {
     row["plan"] = plan_row(scene, request, *plan);
-    if (arguments.explain) {
+    if (call[explain]) {
       fmt::print("{}\n",
                  table_text(row["plan"]["steps"],
                             "size|action:step|moved:moved px|expected_error:error px|seconds|reason:why"));
@@ -306,7 +404,7 @@ int run_scene(Arguments& arguments, Call& call) {
                            ? warnings_text(warnings)
                            : "  Not diagnosed, and no pictures: beyond 4096 x 4096 sites that takes more "
                              "time and memory than the solution.\n");
-  write_files(arguments.output, files, call.json, scene, solution.displacement, row);
+  write_files(call[option::output], files, call[option::json], scene, solution.displacement, row);
   call.write(json::array({without_nulls(row)}));
   return absurd.empty() && (!plan || plan->met) ? success : disagreement;
 }
@@ -314,41 +412,15 @@ int run_scene(Arguments& arguments, Call& call) {
 } // namespace
 
 void add_run(CLI::App& program, Call& call) {
-  const auto [command, own] = declare(
-      program, call, "run",
+  add_command(
+      program, call, "run", run_scene,
       "Solve one scene; write the displacement in millimetres, and the picture before and after, the\n"
       "deformed grid and the displacement's magnitude and change of area or volume as PNG; say what speaks\n"
       "against the result.",
-      run_scene);
-  own.scene.schedule.takes_energy = true;
-  own.scene.add_scene_to(command);
-  own.scene.add_backend_to(command);
-  add_output_folder(command, own.output);
-  add_option(command, "--format", own.format, "Format of the displacement: nrrd, mha or nii.gz (NIfTI)")
-      ->check(CLI::IsMember({"nrrd", "mha", "nii.gz"}));
-  add_json(command, call);
-  {
-    const OptionGroup group(command, "No more than the scene needs");
-    add_option(command, "--accuracy", own.accuracy,
-               "Distance from finite elements that is good enough, RMS, as 0.2px or 0.1mm: with the "
-               "elastic energy, and levels and steps that follow from the scene; exit status 1 where "
-               "the estimate is above it, or cannot be trusted");
-    add_option(command, "--within", own.within,
-               "The time there is, as 10ms or 2s: the best field of the elastic energy and its error");
-    add_flag(command, "--explain", own.explain, "Print the plan, step by step, and why");
-  }
-  const OptionGroup group(command, "Several processes (mpirun -n 4 hdmbench run ...)");
-  add_option(command, "--sites-per-rank", own.sites_per_rank,
-             "With mpirun: a level goes to as many ranks as get so many sites each, 0: 16384, of "
-             "the elastic energy 4096; "
-             "--backend is then one for all, or as openmp+vulkan-compute each rank's in turn, and "
-             "--device may be by-rank");
-  add_option(command, "--halo", own.halo,
-             "With mpirun: sites that a rank computes beyond its own, a multiple of 4, on every level; "
-             "0: an eighth of "
-             "the shortest piece, 4 ... 64. Of the elastic energy those of the coarsest level that is "
-             "cut, even; 0: 4. The bits are the same")
-      ->check(CLI::Range(0, 1024));
+      {option::scene, option::size, schedule_options(true), backend_options(), option::output, format,
+       option::json, Options{accuracy, within, explain}.under("No more than the scene needs"),
+       Options{sites_per_rank, halo}.under("Several processes (mpirun -n 4 hdmbench run ...)")},
+      {"scene is required"});
 }
 
 } // namespace hdmbench::commands

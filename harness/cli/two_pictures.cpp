@@ -80,123 +80,95 @@ struct PictureData {
   Placement placement{}; ///< of the source; the scene's where the file cannot say
 };
 
-/// Arguments of the commands that compare two pictures.
-struct PairArguments {
-  fs::path source;
-  fs::path target;
-  fs::path region; ///< empty: none
-  fs::path output = "hdmbench-output";
-  SceneArguments scene;
+const Option<fs::path> source_file("source", "The picture before, as the scene's labels have it");
+const Option<fs::path> target_file("target", "The picture after, of the same size and spacing");
+const Option<std::string> scene_name("--scene",
+                                     "Scene by name or TOML file: labels of the source, moduli, energy");
+const Option<fs::path>
+    region_file("--roi", "Mask of the region of interest, not 0 inside: there the pictures are not believed");
 
-  /// `detects`: then a region is required, and there is one way to solve.
-  void add_to(CLI::App& command, Call& call, bool detects) {
-    add_option(command, "source", source, "The picture before, as the scene's labels have it")->required();
-    add_option(command, "target", target, "The picture after, of the same size and spacing")->required();
-    add_option(command, "--scene", scene.scene,
-               "Scene by name or TOML file: labels of the source, moduli, energy")
-        ->required();
-    add_option(command, "--roi", region,
-               "Mask of the region of interest, not 0 inside: there the pictures are not believed")
-        ->required(detects);
-    add_option(command, "--size", scene.size, "Size of the scene: 300 (square) or 257x130");
-    scene.add_orientation_to(command);
-    scene.schedule.takes_energy = true;
-    if (!detects) {
-      scene.schedule.add_to(command);
-    }
-    scene.add_backend_to(command);
-    add_output_folder(command, output);
-    add_json(command, call);
+/// Of both commands. With `schedule` where there is more than one way to solve.
+Options pair_options(const Options& schedule) {
+  return {source_file,
+          target_file,
+          scene_name,
+          region_file,
+          Options(option::size, "Size of the scene: 300 (square) or 257x130"),
+          option::orientation,
+          option::slice,
+          schedule,
+          backend_options(),
+          option::output,
+          option::json};
+}
+
+/// Throws InputError where the two, the scene and the region do not belong together: other sizes or
+/// spacings, no overlap, one gray value, no labels, an empty region.
+PictureData load_pictures(const Call& call) {
+  PictureData data;
+  data.scene = scene_of(call, scene_name);
+  if (data.scene.labels.values.empty() ||
+      std::ranges::count(data.scene.labels.values, data.scene.labels.values.front()) ==
+          std::ssize(data.scene.labels.values)) {
+    throw InputError(
+        fmt::format("the scene {} has no labels, or one label everywhere: give it [image] labels "
+                    "and a [[tissue]] with a modulus for each",
+                    data.scene.name));
   }
-
-  /// Throws InputError where the two, the scene and the region do not belong together: other sizes or
-  /// spacings, no overlap, one gray value, no labels, an empty region.
-  [[nodiscard]] PictureData load() const {
-    PictureData data;
-    data.scene = scene.load();
-    if (data.scene.labels.values.empty() ||
-        std::ranges::count(data.scene.labels.values, data.scene.labels.values.front()) ==
-            std::ssize(data.scene.labels.values)) {
-      throw InputError(
-          fmt::format("the scene {} has no labels, or one label everywhere: give it [image] labels "
-                      "and a [[tissue]] with a modulus for each",
-                      data.scene.name));
+  Image<ScalarField> before = read_picture(call[source_file], data.scene);
+  data.source = std::move(before.pixels);
+  data.placement = before.placement;
+  data.target = read_picture(call[target_file], data.scene).pixels;
+  require_pair(data.source, data.target);
+  require_overlap(data.source, data.target);
+  const auto [low_source, high_source] = std::ranges::minmax(data.source.values);
+  const auto [low_target, high_target] = std::ranges::minmax(data.target.values);
+  const float low = std::min(low_source, low_target);
+  const float scale = 255.0F / (std::max(high_source, high_target) - low);
+  for (ScalarField* const picture : {&data.source, &data.target}) {
+    for (float& gray : picture->values) {
+      gray = (gray - low) * scale;
     }
-    Image<ScalarField> before = read_picture(source, data.scene);
-    data.source = std::move(before.pixels);
-    data.placement = before.placement;
-    data.target = read_picture(target, data.scene).pixels;
-    require_pair(data.source, data.target);
-    require_overlap(data.source, data.target);
-    const auto [low_source, high_source] = std::ranges::minmax(data.source.values);
-    const auto [low_target, high_target] = std::ranges::minmax(data.target.values);
-    const float low = std::min(low_source, low_target);
-    const float scale = 255.0F / (std::max(high_source, high_target) - low);
-    for (ScalarField* const picture : {&data.source, &data.target}) {
-      for (float& gray : picture->values) {
-        gray = (gray - low) * scale;
+  }
+  if (!call[region_file].empty()) {
+    data.region = read_picture(call[region_file], data.scene).pixels;
+    std::size_t inside = 0;
+    for (std::size_t site = 0; site < data.region.values.size(); ++site) {
+      const float value = data.region.values[site];
+      if (!std::isfinite(value)) {
+        throw InputError(fmt::format("{}: the mask at {} is {}; give 0 outside the region, 1 inside",
+                                     call[region_file].string(), data.region.extent.place(site), value));
       }
+      inside += value != 0.0F ? 1U : 0U;
     }
-    if (!region.empty()) {
-      data.region = read_picture(region, data.scene).pixels;
-      std::size_t inside = 0;
-      for (std::size_t site = 0; site < data.region.values.size(); ++site) {
-        const float value = data.region.values[site];
-        if (!std::isfinite(value)) {
-          throw InputError(fmt::format("{}: the mask at {} is {}; give 0 outside the region, 1 inside",
-                                       region.string(), data.region.extent.place(site), value));
-        }
-        inside += value != 0.0F ? 1U : 0U;
-      }
-      if (inside == 0 || inside == data.region.values.size()) {
-        throw InputError(fmt::format("{}: the region of interest is {}", region.string(),
-                                     inside == 0 ? "empty, every pixel is 0"
-                                                 : "the whole image; something around it must be known"));
-      }
+    if (inside == 0 || inside == data.region.values.size()) {
+      throw InputError(fmt::format("{}: the region of interest is {}", call[region_file].string(),
+                                   inside == 0 ? "empty, every pixel is 0"
+                                               : "the whole image; something around it must be known"));
     }
-    return data;
   }
+  return data;
+}
 
-  /// Makes the folder and sees that files can be written and are none of the inputs, before long work.
-  /// Throws InputError.
-  void require_output(std::span<const std::string> files) const {
-    std::vector<fs::path> inputs = files_of_scene(scene.scene);
-    inputs.insert(inputs.end(), {source, target, region});
-    require_folder(output, files, inputs);
-  }
-};
+/// Makes the folder and sees that files can be written and are none of the inputs, before long work.
+/// Throws InputError.
+void require_output(const Call& call, std::span<const std::string> files) {
+  std::vector<fs::path> inputs = files_of_scene(call[scene_name]);
+  inputs.insert(inputs.end(), {call[source_file], call[target_file], call[region_file]});
+  require_folder(call[option::output], files, inputs);
+}
 
-/// Writes pictures into the output folder; the rows of `register` and `detect` name them.
-class Pictures {
-public:
-  /// Their names are as the result file `results` has them.
-  Pictures(fs::path folder, fs::path results) : folder_(std::move(folder)), results_(std::move(results)) {}
+/// The file of a picture in the output folder, which the row of `register` or `detect` then names, as the
+/// result file sees it.
+fs::path picture_file(json& row, const Call& call, const std::string& name, const char* caption) {
+  const std::string file = name + ".png";
+  row["pictures"].push_back(
+      {{"caption", caption}, {"file", beside(call[option::json], call[option::output], file)}});
+  return call[option::output] / file;
+}
 
-  void gray(const std::string& name, const std::string& caption, const ScalarField& picture) {
-    write_png(file(name, caption), picture);
-  }
-  /// Red above 0 and blue below, full at `largest`; over `ground`, where there is one.
-  void signed_values(const std::string& name, const std::string& caption, const ScalarField& values,
-                     double largest, const ScalarField& ground = {}) {
-    write_signed_png(file(name, caption), values.extent, values.values, largest, ground);
-  }
-  /// [{caption, file: relative to the result file}, ...]
-  [[nodiscard]] const json& written() const { return written_; }
-
-private:
-  fs::path file(const std::string& name, const std::string& caption) {
-    written_.push_back({{"caption", caption}, {"file", beside(results_, folder_, name + ".png")}});
-    return folder_ / (name + ".png");
-  }
-
-  fs::path folder_;
-  fs::path results_;
-  json written_ = json::array();
-};
-
-struct RegisterArguments : PairArguments {
-  bool iterate = false;
-};
+const Option<bool> iterate("--iterate", "No ITK: estimate, solve with the elastic energy and look again, "
+                                        "from coarse to fine; exit status 1 where it does not converge");
 
 /// What a registration came to.
 struct Outcome {
@@ -233,39 +205,42 @@ std::vector<std::string> output_files() {
   return files;
 }
 
-void write_files(const PairArguments& arguments, const Call& call, const PictureData& data,
-                 Outcome& outcome) {
+void write_files(const Call& call, const PictureData& data, Outcome& outcome) {
   const Extent extent = data.source.extent;
   const ScalarField warped = warp(data.source, outcome.displacement);
-  Pictures pictures(arguments.output, call.json);
-  pictures.gray("source", "source", data.source);
-  pictures.gray("target", "target", data.target);
-  pictures.gray("warped", "source, moved to the target", warped);
-  pictures.gray("checkerboard-before", "source and target in turn, before",
-                checkerboard(data.source, data.target));
-  pictures.gray("checkerboard-after", "the same, after", checkerboard(warped, data.target));
-  pictures.gray("grid", "grid, deformed",
-                warp(grid_picture(extent, grid_spacing(extent)), outcome.displacement));
+  // Grey, or red above 0 and blue below, full at `largest`.
+  const auto gray = [&](const char* name, const char* caption, const ScalarField& picture) {
+    write_png(picture_file(outcome.row, call, name, caption), picture);
+  };
+  const auto signed_values = [&](const char* name, const char* caption, const ScalarField& values,
+                                 double largest) {
+    write_signed_png(picture_file(outcome.row, call, name, caption), extent, values.values, largest);
+  };
+  gray("source", "source", data.source);
+  gray("target", "target", data.target);
+  gray("warped", "source, moved to the target", warped);
+  gray("checkerboard-before", "source and target in turn, before", checkerboard(data.source, data.target));
+  gray("checkerboard-after", "the same, after", checkerboard(warped, data.target));
+  gray("grid", "grid, deformed", warp(grid_picture(extent, grid_spacing(extent)), outcome.displacement));
   constexpr double largest_difference = 128.0; // gray values
-  pictures.signed_values("difference-before", "target minus source: red brighter, blue darker",
-                         difference_of(data.target, data.source), largest_difference);
-  pictures.signed_values("difference-after", "the same, after", difference_of(data.target, warped),
-                         largest_difference);
-  pictures.signed_values("jacobian", "change of area: blue smaller (full: a fold), red larger",
-                         area_change_map(outcome.displacement), 1.0);
+  signed_values("difference-before", "target minus source: red brighter, blue darker",
+                difference_of(data.target, data.source), largest_difference);
+  signed_values("difference-after", "the same, after", difference_of(data.target, warped),
+                largest_difference);
+  signed_values("jacobian", "change of area: blue smaller (full: a fold), red larger",
+                area_change_map(outcome.displacement), 1.0);
   if (!outcome.confidence[0].empty()) {
     ScalarField believed(extent);
     std::ranges::transform(outcome.confidence[0], outcome.confidence[1], believed.values.begin(),
                            [](float x, float y) { return 255.0F * (x + y); });
-    pictures.gray("confidence", "where the registration is believed: white most", believed);
+    gray("confidence", "where the registration is believed: white most", believed);
   }
-  outcome.row["pictures"] = pictures.written();
-  write_displacement(arguments.output / "displacement.nrrd", outcome.displacement, data.scene.spacing,
+  write_displacement(call[option::output] / "displacement.nrrd", outcome.displacement, data.scene.spacing,
                      data.placement);
-  outcome.row["field"] = beside(call.json, arguments.output, "displacement.nrrd");
+  outcome.row["field"] = beside(call[option::json], call[option::output], "displacement.nrrd");
 }
 
-Outcome register_region(const RegisterArguments& arguments, const PictureData& data, const Backend& backend,
+Outcome register_region(const Call& call, const PictureData& data, const Backend& backend,
                         Progress& progress) {
   progress.describe("register: ITK's B-splines");
   const ConventionalRegistration first =
@@ -273,7 +248,7 @@ Outcome register_region(const RegisterArguments& arguments, const PictureData& d
   Outcome outcome;
   progress.describe(fmt::format("register: {} on {}", data.scene.name, backend.name()));
   Solution solution = make_physical(data.source, data.target, first.displacement, data.region, data.scene,
-                                    backend, arguments.scene.session, outcome.confidence, progress);
+                                    backend, call.session(), outcome.confidence, progress);
   outcome.displacement = std::move(solution.displacement);
   outcome.row = {{"conventional_seconds", first.seconds},
                  {"seconds", first.seconds + solution.timings.total()},
@@ -281,9 +256,9 @@ Outcome register_region(const RegisterArguments& arguments, const PictureData& d
   return outcome;
 }
 
-Outcome register_iterated(const RegisterArguments& arguments, const PictureData& data, const Backend& backend,
+Outcome register_iterated(const Call& call, const PictureData& data, const Backend& backend,
                           Progress& progress) {
-  const auto session = backend.open_elastic(arguments.scene.session);
+  const auto session = backend.open_elastic(call.session());
   if (session == nullptr) {
     throw InputError(fmt::format("{} has no elastic energy, which --iterate solves with", backend.name()));
   }
@@ -306,26 +281,25 @@ Outcome register_iterated(const RegisterArguments& arguments, const PictureData&
   return outcome;
 }
 
-int run_register(RegisterArguments& arguments, Call& call) {
-  const ScheduleOverrides& schedule = arguments.scene.schedule;
-  if (arguments.iterate) {
-    const bool is_idle = schedule.energy != nullptr && !schedule.energy->is_of_cells();
-    refuse_idle(*call.command, schedule_options(*call.command, {is_idle ? "" : "--energy"}),
+int run_register(Call& call) {
+  if (call[iterate]) {
+    const bool is_idle = call.schedule.energy != nullptr && !call.schedule.energy->is_of_cells();
+    refuse_idle(*call.command, schedule_names(*call.command, {is_idle ? "" : "--energy"}),
                 "--iterate looks at the pictures itself, and solves the elastic energy its way");
   }
-  const PictureData data = arguments.load();
+  const PictureData data = load_pictures(call);
   const Schedule& solved = data.scene.schedule;
   const bool has_sweeps_only = !data.scene.energy->is_of_cells() || solved.method == elastic_sweeps;
-  if (!arguments.iterate && has_sweeps_only && solved.iterations == 0) {
+  if (!call[iterate] && has_sweeps_only && solved.iterations == 0) {
     throw InputError("register with 0 iterations would leave everything where it is; give at least 1");
   }
   const auto registry = make_backends();
-  const Backend& backend = arguments.scene.choose(registry, data.scene);
-  const Device device = backend.device(arguments.scene.session);
-  arguments.require_output(output_files());
+  const Backend& backend = choose_backend(call, registry, data.scene);
+  const Device device = backend.device(call.session());
+  require_output(call, output_files());
   Progress progress;
-  Outcome outcome = arguments.iterate ? register_iterated(arguments, data, backend, progress)
-                                      : register_region(arguments, data, backend, progress);
+  Outcome outcome = call[iterate] ? register_iterated(call, data, backend, progress)
+                                  : register_region(call, data, backend, progress);
   progress.clear();
   const Similarity before = similarity(data.source, data.target);
   const Similarity after = similarity(data.source, pulled_back(data.target, outcome.displacement));
@@ -337,7 +311,7 @@ int run_register(RegisterArguments& arguments, Call& call) {
   row.update(row_of(data.scene));
   row.update({{"spacing", data.scene.spacing},
               {"placement", data.placement},
-              {"algorithm", arguments.iterate ? "iterated" : "region"},
+              {"algorithm", call[iterate] ? "iterated" : "region"},
               {"backend", backend.name()},
               {"device", device.name},
               {"before", before},
@@ -347,12 +321,12 @@ int run_register(RegisterArguments& arguments, Call& call) {
   if (!warnings.empty()) {
     row["warnings"] = warnings;
   }
-  write_files(arguments, call, data, outcome);
+  write_files(call, data, outcome);
 
   fmt::print("{}, {} pixels of {:.4g} mm, {} energy on {} ({})\n\n", data.scene.title,
              data.scene.extent().text(), data.scene.spacing, row["energy"].get<std::string>(), backend.name(),
              device.name);
-  if (arguments.iterate) {
+  if (call[iterate]) {
     fmt::print("{}\n  {}\n\n", table_text(row["iterations"], "size|difference|outliers|step:step, px"),
                converged ? "Converged: the last step moved nothing by more than its tolerance."
                          : "Not converged: the last step still moved the tissue; look at the differences.");
@@ -368,9 +342,9 @@ int run_register(RegisterArguments& arguments, Call& call) {
       row_text(
           "\n  largest displacement {largest_displacement:.4g} px, {folds} folded cells, {seconds:.3g} s",
           row),
-      arguments.iterate ? "" : row_text(" ({conventional_seconds:.3g} of them ITK's)", row));
+      call[iterate] ? "" : row_text(" ({conventional_seconds:.3g} of them ITK's)", row));
   fmt::print("  {}: the displacement in millimetres; beside it {} pictures\n",
-             (arguments.output / "displacement.nrrd").string(), row["pictures"].size());
+             (call[option::output] / "displacement.nrrd").string(), row["pictures"].size());
   if (!warnings.empty()) {
     fmt::print("\n{}", warnings_text(warnings));
   }
@@ -417,18 +391,19 @@ std::string verdict(bool chance_found_it, const Detection& found) {
 
 constexpr double strong = 4.0; // standard deviations that are full colour
 
-struct DetectArguments : PairArguments {
-  DetectionOptions detection;
-};
+const Option<int> simulations(
+    "--simulations",
+    "Pairs of pictures with nothing hidden that are registered too: what is found in them is chance",
+    DetectionOptions{}.pairs, CLI::Range(3, 1000));
 
-int run_detect(DetectArguments& arguments, Call& call) {
-  const PictureData data = arguments.load();
+int run_detect(Call& call) {
+  const PictureData data = load_pictures(call);
   const auto registry = make_backends();
-  const Backend& backend = arguments.scene.choose(registry, data.scene);
-  const Device device = backend.device(arguments.scene.session);
-  arguments.require_output(
-      std::vector<std::string>{"modulus.nrrd", "detection.nrrd", "source.png", "detection.png"});
-  const auto session = backend.open_elastic(arguments.scene.session);
+  const Backend& backend = choose_backend(call, registry, data.scene);
+  const Device device = backend.device(call.session());
+  require_output(call,
+                 std::vector<std::string>{"modulus.nrrd", "detection.nrrd", "source.png", "detection.png"});
+  const auto session = backend.open_elastic(call.session());
   if (session == nullptr) {
     throw InputError(fmt::format("{} has no elastic energy, which detect solves with", backend.name()));
   }
@@ -444,7 +419,7 @@ int run_detect(DetectArguments& arguments, Call& call) {
     }
   }
   const Detection found = detect_modulus(data.source, data.target, registered.displacement, data.region,
-                                         data.scene, arguments.detection, *session, progress);
+                                         data.scene, {.pairs = call[simulations]}, *session, progress);
   progress.clear();
 
   const auto as_much_by_chance =
@@ -462,19 +437,17 @@ int run_detect(DetectArguments& arguments, Call& call) {
               {"largest_by_chance", std::ranges::max(found.by_chance)},
               {"contrast_undetermined", is_undetermined(found)},
               {"contrast_at_limit", is_at_limit(found)}});
-  const auto name = [&](const char* file) { return beside(call.json, arguments.output, file); };
-  write_scalar(arguments.output / "modulus.nrrd", found.modulus, data.scene.spacing, data.placement);
-  write_scalar(arguments.output / "detection.nrrd", found.significance, data.scene.spacing, data.placement);
+  const auto name = [&](const char* file) { return beside(call[option::json], call[option::output], file); };
+  write_scalar(call[option::output] / "modulus.nrrd", found.modulus, data.scene.spacing, data.placement);
+  write_scalar(call[option::output] / "detection.nrrd", found.significance, data.scene.spacing,
+               data.placement);
   row["modulus"] = name("modulus.nrrd");
   row["detection"] = name("detection.nrrd");
-  Pictures pictures(arguments.output, call.json);
-  pictures.gray("source", "source", data.source);
-  pictures.signed_values(
-      "detection",
-      "significance over the source: red stiffer than the label says, blue softer, full at 4 "
-      "standard deviations",
-      found.significance, strong, data.source);
-  row["pictures"] = pictures.written();
+  write_png(picture_file(row, call, "source", "source"), data.source);
+  write_signed_png(picture_file(row, call, "detection",
+                                "significance over the source: red stiffer than the label says, blue softer, "
+                                "full at 4 standard deviations"),
+                   data.source.extent, found.significance.values, strong, data.source);
 
   fmt::print(
       "{}\n\n{} of {}\n\n", data.scene.title,
@@ -492,7 +465,7 @@ int run_detect(DetectArguments& arguments, Call& call) {
   fmt::print("  {}\n\n{}  {}: MPa; beside it detection.nrrd, standard deviations\n",
              verdict(as_much_by_chance > 0, found),
              row_text("  {seconds:.3g} s ({registration_seconds:.3g} of them the registration)\n", row),
-             (arguments.output / "modulus.nrrd").string());
+             (call[option::output] / "modulus.nrrd").string());
   call.write(json::array({without_nulls(row)}));
   return success;
 }
@@ -500,29 +473,25 @@ int run_detect(DetectArguments& arguments, Call& call) {
 } // namespace
 
 void add_register(CLI::App& program, Call& call) {
-  const auto [command, own] = declare(
-      program, call, "register",
-      "Find the displacement between two pictures of one person, with the tissues' moduli (thesis "
-      "Algorithms 5 and 6).\nWrites DIR/displacement.nrrd and pictures before and after. Exit status 1 where "
-      "the pictures have no likeness.",
-      run_register);
-  own.add_to(command, call, false);
-  add_flag(command, "--iterate", own.iterate,
-           "No ITK: estimate, solve with the elastic energy and look again, from coarse to fine; "
-           "exit status 1 where it does not converge");
+  add_command(
+      program, call, "register", run_register,
+      "Find the displacement between two pictures of one person, with the tissues' moduli (thesis Algorithms "
+      "5 and 6).\n"
+      "Writes DIR/displacement.nrrd and pictures before and after. Exit status 1 where the pictures have no "
+      "likeness.",
+      {pair_options(schedule_options(true)), iterate},
+      {"source is required", "target is required", "--scene is required", "--slice needs --orientation"});
 }
 
 void add_detect(CLI::App& program, Call& call) {
-  const auto [command, own] = declare(
-      program, call, "detect",
-      "Where is tissue stiffer or softer than its label says? (thesis Algorithm 7)\nRegisters the two "
-      "pictures, then finds the moduli in the region that explain the deformation.\nWrites "
-      "DIR/modulus.nrrd and DIR/detection.nrrd.",
-      run_detect);
-  own.add_to(command, call, true);
-  add_option(command, "--simulations", own.detection.pairs,
-             "Pairs of pictures with nothing hidden that are registered too: what is found in them is chance")
-      ->check(CLI::Range(3, 1000));
+  add_command(
+      program, call, "detect", run_detect,
+      "Where is tissue stiffer or softer than its label says? (thesis Algorithm 7)\n"
+      "Registers the two pictures, then finds the moduli in the region that explain the deformation.\n"
+      "Writes DIR/modulus.nrrd and DIR/detection.nrrd.",
+      {pair_options(Options{}), simulations},
+      {"source is required", "target is required", "--scene is required", "--roi is required",
+       "--slice needs --orientation"});
 }
 
 } // namespace hdmbench::commands

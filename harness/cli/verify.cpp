@@ -19,34 +19,35 @@ namespace {
 /// Iterations per level of a --quick verify.
 constexpr int quick_iterations = 10;
 
-struct VerifyArguments : CommonArguments {
-  std::filesystem::path junit{}; ///< empty: nobody asked for it
-  std::string reference{};       ///< empty: scalar
-  std::string required_tier{name_of(Tier::certified)};
-  Gates gates{};
+const Option<OutputFile> junit("--junit", "Write the comparisons to this file as JUnit XML, too, for CI");
+const Option<std::string> reference(
+    "--reference",
+    "Backend that the others are compared with (default: scalar, which takes minutes beyond 4096 x 4096)");
+const Option<std::string>
+    required_tier("--require-tier", "certified: differences that rounding explains pass. bitwise: none does",
+                  std::string(name_of(Tier::certified)), CLI::IsMember({"certified", "bitwise"}));
 
-  /// Nobody chose on the command line.
-  [[nodiscard]] bool are_all() const {
-    return scenes.empty() && methods.empty() && !schedule.given.contains("method") &&
-           schedule.energy == nullptr;
-  }
-};
+/// Nobody chose on the command line.
+bool are_all(const Call& call) {
+  return call[option::scenes].empty() && call[option::methods].empty() &&
+         !call.schedule.given.contains("method") && call.schedule.energy == nullptr;
+}
 
 /// Without scenes and methods on the command line verify_cases(), those that have no size of their own at
 /// each of --sizes. One whose files are not on this machine is left out, which is printed.
-std::vector<Scene> scenes_to_verify(const VerifyArguments& arguments) {
-  if (!arguments.are_all()) {
-    return arguments.load_scenes(shipped_scenes());
+std::vector<Scene> scenes_to_verify(const Call& call) {
+  if (!are_all(call)) {
+    return load_scenes(call, shipped_scenes());
   }
   std::vector<Scene> scenes;
-  std::vector<std::optional<Extent>> sizes(std::max<std::size_t>(arguments.sizes.size(), 1));
-  std::ranges::transform(arguments.sizes, sizes.begin(), parse_size);
-  for (Case one : verify_cases(arguments.quick)) {
+  std::vector<std::optional<Extent>> sizes(std::max<std::size_t>(call[option::sizes].size(), 1));
+  std::ranges::transform(call[option::sizes], sizes.begin(), parse_size);
+  for (Case one : verify_cases(call[option::quick])) {
     for (const auto& size : one.size ? std::vector{one.size} : sizes) {
       one.size = size;
       if (auto scene = load_unless_missing(one.scene, false, [&] { return load_case(one); })) {
         if (!scene->energy->is_of_cells()) {
-          arguments.schedule.apply(*scene);
+          call.schedule.apply(*scene);
           limit_iterations(*scene, one);
         }
         scenes.push_back(std::move(*scene));
@@ -113,8 +114,7 @@ void explain_disagreement(const Scene& scene, const Comparison& comparison, cons
 
 /// What was not compared or does not agree. The modes of a backend that is skipped for one reason are one
 /// line.
-void explain(const Scene& scene, const std::vector<Comparison>& comparisons,
-             const CommonArguments& arguments) {
+void explain(const Scene& scene, const std::vector<Comparison>& comparisons, const Call& call) {
   for (const Mode mode : {Mode::active, Mode::pyramid}) {
     if (const std::string reason = why_left_out(mode, scene); !reason.empty()) {
       fmt::print("  {} is not compared: {}\n", name_of(mode), reason);
@@ -134,27 +134,26 @@ void explain(const Scene& scene, const std::vector<Comparison>& comparisons,
                    : "",
                one.reason.empty() ? "" : ": " + one.reason);
     if (one.verdict == Verdict::disagree) {
-      explain_disagreement(scene, one, arguments.repeat("verify", scene, one.backend));
+      explain_disagreement(scene, one, repeat_line(call, scene, one.backend));
     }
   }
 }
 
 /// What the comparisons of a scene came to: a row for each backend, and what is to be said of them.
-void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
-                 const CommonArguments& arguments) {
+void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons, const Call& call) {
   fmt::print("\n{}, {}, {}", scene.name, scene.extent().text(), method_name(scene));
   const auto ran = std::ranges::find_if(
       comparisons, [](const Comparison& comparison) { return comparison.verdict != Verdict::skipped; });
   if (ran != comparisons.end()) {
     fmt::print(": {} levels, {} iterations in {} {}{}", ran->levels, ran->iterations, ran->sweeps,
-               !scene.energy->is_of_cells() ? "sweeps" : "steps", arguments.quick ? " (quick)" : "");
+               !scene.energy->is_of_cells() ? "sweeps" : "steps", call[option::quick] ? " (quick)" : "");
   }
   fmt::print("\n{}",
              table_text(rows_by_backend(comparisons),
                         "backend|device|sites:sites compared|resync:differing, resync|free:differing, "
                         "free|active:differing, active|pyramid:differing, pyramid|counts:wrong counts or "
                         "sums|verdict|tier"));
-  explain(scene, comparisons, arguments);
+  explain(scene, comparisons, call);
   std::fflush(stdout); // into a pipe too: the next scene may take long
 }
 
@@ -181,11 +180,11 @@ void print_findings(std::span<const Backend* const> backends, const std::vector<
 }
 
 /// Backends and scenes, judged and printed. `backends`: the reference first. Returns an ExitStatus.
-int verify_scenes(const VerifyArguments& arguments, const Call& call,
-                  const std::vector<const Backend*>& backends, const std::vector<Scene>& scenes) {
+int verify_scenes(const Call& call, const std::vector<const Backend*>& backends,
+                  const std::vector<Scene>& scenes) {
   Progress progress(call.speaks());
-  VerifyOptions options{.session = arguments.session, .iteration_limit = std::nullopt};
-  if (arguments.quick) {
+  VerifyOptions options{.session = call.session(), .iteration_limit = std::nullopt};
+  if (call[option::quick]) {
     options.iteration_limit = quick_iterations;
   }
   double total = 0.0;
@@ -211,24 +210,23 @@ int verify_scenes(const VerifyArguments& arguments, const Call& call,
         row["backend"] = shared->backends();
         row["ranks"] = shared->ranks();
       }
-      row["repeat"] = arguments.repeat("verify", scene, comparison.backend);
-      if (!arguments.reference.empty()) {
-        row["reference"] = arguments.reference;
-        row["repeat"] =
-            fmt::format("{} --reference {}", row["repeat"].get<std::string>(), arguments.reference);
+      row["repeat"] = repeat_line(call, scene, comparison.backend);
+      if (!call[reference].empty()) {
+        row["reference"] = call[reference];
+        row["repeat"] = fmt::format("{} --reference {}", row["repeat"].get<std::string>(), call[reference]);
       }
       rows.push_back(std::move(row));
       all.push_back(comparison);
     }
-    print_scene(scene, comparisons, arguments);
+    print_scene(scene, comparisons, call);
   }
   fmt::print("\nAll scenes, all modes\n{}",
              table_text(rows_by_backend(all),
                         "backend|tier:tier reached|comparisons|exact:of them exact|sites:sites compared|"
                         "differing|certified|uncertified"));
-  print_findings(std::span(backends).subspan(1), all, arguments.session);
+  print_findings(std::span(backends).subspan(1), all, call.session());
   const auto count = [&](Verdict verdict) { return std::ranges::count(all, verdict, &Comparison::verdict); };
-  const Tier required = arguments.required_tier == "bitwise" ? Tier::bitwise : Tier::certified;
+  const Tier required = call[required_tier] == "bitwise" ? Tier::bitwise : Tier::certified;
   const bool is_good = std::ranges::all_of(all, [&](const Comparison& comparison) {
     return comparison.verdict == Verdict::skipped || comparison.tier >= required;
   });
@@ -240,17 +238,17 @@ int verify_scenes(const VerifyArguments& arguments, const Call& call,
     fmt::print("--require-tier bitwise: certified is not enough\n");
   }
   if (call.speaks()) {
-    report::write_junit(arguments.junit, rows);
+    report::write_junit(call[junit], rows);
   }
-  call.write(std::move(rows), arguments.quick);
+  call.write(std::move(rows));
   return is_good ? success : disagreement;
 }
 
 /// Without those that several ranks cannot compute, which it names, and where nobody chose with what sleeps
 /// on so many ranks.
-std::vector<Scene> scenes_for_ranks(const VerifyArguments& arguments, int ranks) {
-  std::vector<Scene> scenes = scenes_to_verify(arguments);
-  if (arguments.are_all()) {
+std::vector<Scene> scenes_for_ranks(const Call& call, int ranks) {
+  std::vector<Scene> scenes = scenes_to_verify(call);
+  if (are_all(call)) {
     scenes.push_back(sleeping_pieces(ranks));
   }
   std::erase_if(scenes, [](const Scene& scene) {
@@ -265,16 +263,18 @@ std::vector<Scene> scenes_for_ranks(const VerifyArguments& arguments, int ranks)
 }
 
 /// Every backend on 1, 2, ... ranks, against scalar, which every rank computes for itself.
-int verify_on_ranks(VerifyArguments& arguments, const Call& call, Ranks& ranks) {
-  if (!arguments.reference.empty()) {
+int verify_on_ranks(Call& call, Ranks& ranks) {
+  if (!call[reference].empty()) {
     throw InputError("verify --reference runs in one process: leave out mpirun");
   }
   const auto registry = make_backends();
-  std::vector<std::string> names = arguments.backends;
-  for (std::size_t i = 0; i < registry.size() && arguments.backends.empty(); ++i) {
+  std::vector<std::string> names = call[option::backends];
+  for (std::size_t i = 0; i < registry.size() && call[option::backends].empty(); ++i) {
     names.emplace_back(registry[i]->name());
   }
-  const SessionOptions asked = std::exchange(arguments.session, {});
+  const SessionOptions asked = call.session();
+  call[option::device].clear(); // a rank's own is taken already
+  call[option::threads] = 0;
   // Levels are shared out down to 8 x 8 sites a rank: below, one after the other has fewer ranks.
   constexpr std::size_t fewest_sites = 64;
   std::vector<std::unique_ptr<RankBackend>> shared;
@@ -286,28 +286,28 @@ int verify_on_ranks(VerifyArguments& arguments, const Call& call, Ranks& ranks) 
       backends.push_back(shared.back().get());
     }
   }
-  return verify_scenes(arguments, call, backends, scenes_for_ranks(arguments, ranks.size()));
+  return verify_scenes(call, backends, scenes_for_ranks(call, ranks.size()));
 }
 
-int run_verify(VerifyArguments& arguments, Call& call) {
-  arguments.gates.prepare(arguments, call);
+int run_verify(Call& call) {
+  const Gates gates(call);
   if (call.ranks != nullptr) {
-    return arguments.gates.judge(verify_on_ranks(arguments, call, *call.ranks), call);
+    return gates.judge(verify_on_ranks(call, *call.ranks), call);
   }
   const auto registry = make_backends();
-  if (!arguments.reference.empty()) {
-    (void)find_backend(registry, arguments.reference); // "none" is none
+  if (!call[reference].empty()) {
+    (void)find_backend(registry, call[reference]); // "none" is none
   }
-  const int status = verify_scenes(arguments, call, arguments.choose(registry, arguments.reference),
-                                   scenes_to_verify(arguments));
-  return arguments.gates.judge(status, call);
+  const int status =
+      verify_scenes(call, choose_backends(call, registry, call[reference]), scenes_to_verify(call));
+  return gates.judge(status, call);
 }
 
 } // namespace
 
 void add_verify(CLI::App& program, Call& call) {
-  const auto [command, own] = declare(
-      program, call, "verify",
+  add_command(
+      program, call, "verify", run_verify,
       "Run every backend beside scalar and compare all sites after every iteration, bit for bit.\n"
       "resync: each iteration starts from scalar's field. free: each backend runs on its own.\n"
       "active: free, leaving out what cannot change. pyramid: all levels in one call, the last field.\n"
@@ -316,17 +316,8 @@ void add_verify(CLI::App& program, Call& call) {
       "Without scenes: all of them, the other methods, and three sizes that meet the backends' tiles.\n"
       "mpirun -n R hdmbench verify: every backend, or mixture as openmp+vulkan-compute, on 1 ... R ranks.\n"
       "Exit status 1 if a backend disagrees or a scene could not have shown it.",
-      run_verify);
-  own.schedule.takes_energy = true;
-  own.add_to(command, call);
-  add_option(command, "--require-tier", own.required_tier,
-             "certified: differences that rounding explains pass. bitwise: none does")
-      ->check(CLI::IsMember({"certified", "bitwise"}));
-  add_output(command, "--junit", own.junit, "Write the comparisons to this file as JUnit XML, too, for CI");
-  add_option(
-      command, "--reference", own.reference,
-      "Backend that the others are compared with (default: scalar, which takes minutes beyond 4096 x 4096)");
-  own.gates.add_to(command, true);
+      {comparison_options(), required_tier, junit, reference, gate_options(true)},
+      {"--methods excludes --method"});
 }
 
 } // namespace hdmbench::commands

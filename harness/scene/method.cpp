@@ -21,15 +21,8 @@ void in_order(Schedule& /*schedule*/, Level& level) {
   level.update = update;
 }
 
-void icm(Schedule& /*schedule*/, Level& /*level*/) {}
-
-void icm_fine(Schedule& /*schedule*/, Level& level) {
-  level.steps = StepSet::parse("fine");
-}
-
-void icm_thesis_steps(Schedule& /*schedule*/, Level& level) {
-  level.steps = StepSet::parse("thesis");
-}
+/// As the scene has it; or levels, their order and their sweeps are the method's own.
+void unchanged(Schedule& /*schedule*/, Level& /*level*/) {}
 
 /// A simultaneous minimiser overshoots where neighbours move the same way: x waves that change sign from
 /// column to column (y: from row to row) neither grow nor shrink at factor 1, and every factor below 1 damps
@@ -70,10 +63,11 @@ constexpr const char* per_level = "iterations per level";
 
 constexpr std::array all{
     Method{"icm", "the thesis: every site takes its best candidate, all at once", per_level, 0,
-           "steps, update", icm},
-    Method{"icm-6", "the same with candidates down to 0.01 px", per_level, 0, "", icm_fine},
+           "steps, update", unchanged},
+    Method{"icm-6", "the same with candidates down to 0.01 px", per_level, 0, "",
+           [](Schedule& /*schedule*/, Level& level) { level.steps = StepSet::parse("fine"); }},
     Method{"icm-thesis-steps", "the same with the printed candidates: 0 is none of them", per_level, 0, "",
-           icm_thesis_steps},
+           [](Schedule& /*schedule*/, Level& level) { level.steps = StepSet::parse("thesis"); }},
     Method{"sequential", "candidates in raster order and in place (thesis, CPU)", per_level, 0, "steps",
            in_order<Update::sequential>},
     Method{"coloured", "candidates in place, two sets of sites in turn", per_level, 0, "steps",
@@ -87,16 +81,13 @@ constexpr std::array all{
     Method{"annealing", "candidates at random, taken by energy and temperature (thesis Alg. 1)", per_level,
            200, "steps, temperatures, seed", annealing}};
 
-/// Levels, their order and their sweeps are the method's own.
-void elastic(Schedule& /*schedule*/, Level& /*level*/) {}
-
 constexpr std::array all_elastic{
     Method{elastic_full_multigrid, "from the coarsest level up, a W cycle on each, then cycles",
-           "cycles on the full resolution", 2, "", elastic},
+           "cycles on the full resolution", 2, "", unchanged},
     Method{elastic_conjugate_gradients, "after full multigrid: its cycle as preconditioner", "steps", 8, "",
-           elastic},
+           unchanged},
     Method{elastic_sweeps, "damped Jacobi sweeps over the full resolution, no levels", "sweeps", 50, "",
-           elastic}};
+           unchanged}};
 
 constexpr RegisteredEnergy hdm{.name = "hdm",
                                .summary = "the thesis",

@@ -3,9 +3,7 @@
 
 #include "backends/shared/subprocess.hpp"
 #include "harness/scene/files.hpp"
-#include "kernels/data/input_error.hpp"
 
-#include <fmt/format.h>
 #include <sys/resource.h>
 #include <unistd.h>
 
@@ -117,8 +115,8 @@ Pixels read_apart(const std::filesystem::path& file) {
   }
   const std::string happened =
       end.exit_status == has_read ? "" : fmt::format("its reader {}", end.sentence(options));
-  throw InputError(fmt::format("cannot read the image {}: it is damaged or cut short: {}{}{}", file.string(),
-                               happened, happened.empty() || complaint.empty() ? "" : "; ", complaint));
+  throw images::unreadable(file, fmt::format("it is damaged or cut short: {}{}{}", happened,
+                                             happened.empty() || complaint.empty() ? "" : "; ", complaint));
 }
 
 } // namespace

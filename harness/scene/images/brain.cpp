@@ -2,9 +2,6 @@
 #include "harness/scene/images/pixels.hpp"
 #include "harness/scene/sites.hpp"
 
-#include "kernels/data/input_error.hpp"
-
-#include <fmt/format.h>
 #include <itkBinaryFillholeImageFilter.h>
 #include <itkBinaryShapeKeepNObjectsImageFilter.h>
 #include <itkHistogram.h>

@@ -1,8 +1,6 @@
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/images/pixels.hpp"
 
-#include "kernels/data/input_error.hpp"
-
 // The image files of a build without ITK (-DHDMBENCH_IMAGES=OFF).
 
 namespace hdmbench {

@@ -1,9 +1,7 @@
 #include "harness/scene/images/pixels.hpp"
 
 #include "harness/scene/files.hpp"
-#include "kernels/data/input_error.hpp"
 
-#include <fmt/format.h>
 #include <itkImageFileReader.h>
 #include <itkJPEGImageIO.h>
 #include <itkMetaDataObject.h>
@@ -20,23 +18,14 @@
 #include <fstream>
 #include <new>
 #include <sstream>
-#include <string_view>
 #include <system_error>
 
 namespace hdmbench::images {
 
 namespace {
 
-InputError unreadable(const std::filesystem::path& file, std::string_view why) {
-  return InputError(fmt::format("cannot read the image {}: {}", file.string(), why));
-}
-
 InputError damaged(const std::filesystem::path& file, std::string_view how) {
   return unreadable(file, fmt::format("it is damaged or cut short: {}", how));
-}
-
-InputError unwritable(const std::filesystem::path& file, std::string_view why) {
-  return InputError(fmt::format("cannot write the image {}: {}", file.string(), why));
 }
 
 /// Whether a NRRD header says that the pixels are in other files. Throws InputError where this header or that

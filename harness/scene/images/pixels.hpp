@@ -3,6 +3,9 @@
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/placement.hpp"
 #include "kernels/data/field.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -11,6 +14,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -21,6 +25,13 @@ class ExceptionObject;
 
 /// What needs ITK, and what it gives the rest of this folder.
 namespace hdmbench::images {
+
+[[nodiscard]] inline InputError unreadable(const std::filesystem::path& file, std::string_view why) {
+  return InputError(fmt::format("cannot read the image {}: {}", file.string(), why));
+}
+[[nodiscard]] inline InputError unwritable(const std::filesystem::path& file, std::string_view why) {
+  return InputError(fmt::format("cannot write the image {}: {}", file.string(), why));
+}
 
 /// Where the pixels of a file lie. Up to three axes; a missing one has one pixel, as deep as it is wide.
 struct Geometry {

@@ -2,22 +2,19 @@
 #include "harness/scene/images/pixels.hpp"
 #include "harness/scene/sites.hpp"
 
-#include "kernels/data/input_error.hpp"
-
-#include <fmt/format.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <functional>
 #include <numeric>
 #include <span>
-#include <string_view>
 #include <utility>
 
 namespace hdmbench {
 
 namespace {
+
+using images::unreadable;
 
 constexpr double square_tolerance = 0.01; // of a pixel's side: rounding in headers, not another shape
 constexpr double most_pixels = 1 << 30;   // as of a file
@@ -28,10 +25,6 @@ constexpr Aspect square{1.0, 1.0, 1.0};
 
 /// Integers up to here survive the reading as float.
 constexpr float largest_label = 16777215.0F;
-
-InputError unreadable(const std::filesystem::path& file, std::string_view why) {
-  return InputError(fmt::format("cannot read the image {}: {}", file.string(), why));
-}
 
 /// Throws InputError where a side of a volume has one voxel, or the directions are no rotation, mirrored or
 /// not.

@@ -1,10 +1,7 @@
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/images/pixels.hpp"
 
-#include "kernels/data/input_error.hpp"
 #include "kernels/data/level.hpp"
-
-#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -16,9 +13,7 @@ namespace hdmbench {
 
 namespace {
 
-InputError unwritable(const std::filesystem::path& file, std::string_view why) {
-  return InputError(fmt::format("cannot write the image {}: {}", file.string(), why));
-}
+using images::unwritable;
 
 images::Geometry geometry_of(const std::filesystem::path& file, Extent extent, std::size_t components,
                              double spacing, const Placement& placement) {
