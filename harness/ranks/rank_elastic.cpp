@@ -133,8 +133,8 @@ public:
     values = redistribute(ranks_, rank_, held, all_on_each(sites(level), ranks_.size()), own);
   }
 
-  /// The tree of one rank: its squares, or cubes, of 2^cut_levels sites a side lie within pieces, and the first rank
-  /// adds up the rest.
+  /// The tree of one rank: its squares, or cubes, of 2^cut_levels sites a side lie within pieces, and the
+  /// first rank adds up the rest.
   [[nodiscard]] float dot(ElasticField first, ElasticField second) const override {
     const int height = share_.cut_levels();
     float sum = 0.0F;
