@@ -89,7 +89,11 @@ TEST(ElasticConditions, AFreeSheetIsAnErrorThatSaysWhere) {
   hold(level, 5, 1, false, true);
   EXPECT_THAT(refusal(level), HasSubstr("can turn about"));
   hold(level, 6, 1, false, true);
-  EXPECT_EQ(refusal(level), "accepted");
+  EXPECT_EQ(refusal(level), "accepted") << "y in two columns";
+  level.confidence = VectorField(level.extent);
+  hold(level, 3, 4, true, true);
+  hold(level, 7, 5, true, false);
+  EXPECT_EQ(refusal(level), "accepted") << "x in two rows";
   EXPECT_THAT(refusal(elastic_level({1, 9}, Tissue::noise, Held::border, 1.0, 1)),
               HasSubstr("at least 2 x 2"));
 }
