@@ -151,7 +151,7 @@ public:
   /// One line for people: language and interface.
   [[nodiscard]] virtual std::string_view description() const = 0;
   [[nodiscard]] virtual bool supports(Update update) const { return update != Update::sequential; }
-  /// Whether it computes volumes; all compute images.
+  /// Whether it computes volumes, by every energy; all compute images.
   [[nodiscard]] virtual bool takes_volumes() const { return false; }
   /// The devices present, at least one. Throws DeviceError with one sentence that says why there is none.
   [[nodiscard]] virtual std::vector<Device> devices() const = 0;
@@ -172,8 +172,6 @@ public:
   [[nodiscard]] virtual double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const { return 0.0; }
   /// Whether open_elastic() opens anything.
   [[nodiscard]] virtual bool has_elastic() const { return false; }
-  /// Whether that session takes volumes, too.
-  [[nodiscard]] virtual bool has_elastic_volumes() const { return false; }
   /// A session for the elastic energy (backends/shared/elastic_session.hpp); null where this backend has
   /// none. Throws DeviceError, as the session does, with the backend's name in front.
   [[nodiscard]] std::unique_ptr<ElasticSession> open_elastic(const SessionOptions& options) const;

@@ -399,9 +399,9 @@ std::string other_field(const ElasticSession& found, const ElasticSession& expec
 
 ElasticCase elastic_case(Extent extent, Tissue tissue, Held held, double contrast, double poisson,
                          std::uint64_t seed) {
-  return {fmt::format("elastic_level({{{}, {}}}, Tissue({}), Held({}), {}, {}), Poisson ratio {}",
-                      extent.width, extent.height, static_cast<int>(tissue), static_cast<int>(held), contrast,
-                      seed, poisson),
+  return {fmt::format("elastic_level({{{}, {}, {}}}, Tissue({}), Held({}), {}, {}), Poisson ratio {}",
+                      extent.width, extent.height, extent.depth, static_cast<int>(tissue),
+                      static_cast<int>(held), contrast, seed, poisson),
           make_elastic_hierarchy(elastic_level(extent, tissue, held, contrast, seed), poisson)};
 }
 
@@ -447,11 +447,15 @@ std::vector<ElasticCase> elastic_cases() {
 ElasticCase random_elastic_case(std::uint64_t seed) {
   std::mt19937_64 engine(seed);
   const auto below = [&](int end) { return static_cast<int>(engine() % static_cast<std::uint64_t>(end)); };
-  const Extent extent{1 + below(30), 1 + below(30)};
+  Extent extent{1 + below(30), 1 + below(30)};
   const Tissue tissue = all_tissues.at(static_cast<std::size_t>(below(4)));
   const Held held = all_held.at(static_cast<std::size_t>(below(5)));
   const double contrast = std::pow(10.0, below(4));
-  return elastic_case(extent, tissue, held, contrast, 0.07 * below(8), seed);
+  const double poisson = 0.07 * below(8);
+  if (below(8) == 0) { // a volume
+    extent = {2 + below(9), 2 + below(9), 2 + below(9)};
+  }
+  return elastic_case(extent, tissue, held, contrast, poisson, seed);
 }
 
 std::string elastic_difference(ElasticSession& session, const ElasticCase& one, Order order) {

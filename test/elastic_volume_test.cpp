@@ -143,7 +143,8 @@ struct Way {
 class VolumeBits : public testing::TestWithParam<Way> {};
 INSTANTIATE_TEST_SUITE_P(Backends, VolumeBits,
                          testing::Values(Way{"openmp", 1}, Way{"openmp", 3}, Way{"opencl", 1},
-                                         Way{"gl-compute", 1}, Way{"vulkan-compute", 1}),
+                                         Way{"gl-compute", 1}, Way{"vulkan-compute", 1},
+                                         Way{"gl-fragment", 1}, Way{"gl-fragment-osmesa", 1}),
                          [](const auto& way) {
                            std::string name = way.param.backend + std::to_string(way.param.threads);
                            std::erase(name, '-');

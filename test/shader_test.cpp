@@ -86,8 +86,8 @@ TEST(Shaders, AreStrictGlsl) {
                                  .has_load = step % 2 == 0,
                                  .is_image = is_image,
                                  .has_masked = !is_image};
-      texts.emplace_back("elastic.frag", gl::elastic_fragment_text(kernel));
       for (const std::size_t axes : {2, 3}) {
+        texts.emplace_back("elastic.frag", gl::elastic_fragment_text(kernel, axes));
         kinds.push_back({.kernel = Kernel::elastic,
                          .constants = {{"TOGETHER", step == static_cast<int>(ElasticStep::squares)},
                                        {"STEP", step},

@@ -216,7 +216,6 @@ public:
   int threads(const SessionOptions& options) const override { return thread_count(options.threads); }
   bool takes_volumes() const override { return true; }
   bool has_elastic() const override { return true; }
-  bool has_elastic_volumes() const override { return true; }
   /// Displacement there and back; modulus and its inverse where they differ, the target where there is an
   /// observation. Confidences are not read where a tile has one. Rows stay in the cache for all sweeps that
   /// pass together.

@@ -60,7 +60,6 @@ public:
   bool skips() const override { return false; }
   bool takes_volumes() const override { return true; }
   bool has_elastic() const override { return true; }
-  bool has_elastic_volumes() const override { return true; }
   /// Displacement there and back, target, confidence, modulus and its inverse.
   double bytes_per_update(SiteKind /*kind*/, int /*sweeps*/) const override { return 8 + 8 + 8 + 8 + 4 + 4; }
 

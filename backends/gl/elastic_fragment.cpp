@@ -8,56 +8,108 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 #include <map>
+#include <numeric>
 #include <optional>
 
 namespace hdmbench::gl {
 
 namespace {
 
-/// Texture units of the samplers of elastic.frag.
-enum Unit : GLint { from, second, moments, more, response, matrices };
-constexpr std::array unit_names{"from", "second", "moments", "more", "response", "matrices"};
+/// Texture units of the samplers of elastic.frag, the first one of those that are arrays.
+enum Unit : GLint { from, second, matrices, moments, response = moments + 6 };
 
 /// One kernel, and where its uniforms are.
 struct ElasticProgram {
-  ElasticProgram(const Api& api, const ElasticKernel& kernel)
+  ElasticProgram(const Api& api, const ElasticKernel& kernel, std::size_t axes)
       : program(api, {{GL_VERTEX_SHADER, std::string(sources::quad_vertex)},
-                      {GL_FRAGMENT_SHADER, elastic_fragment_text(kernel)}}),
-        extent(program.uniform("extent")), numbers(program.uniform("numbers")) {
+                      {GL_FRAGMENT_SHADER, elastic_fragment_text(kernel, axes)}}),
+        extent(program.uniform("extent")), numbers(program.uniform("numbers")),
+        from_slices(program.uniform("from_slices")), second_slices(program.uniform("second_slices")),
+        to_slices(program.uniform("to_slices")), slice(program.uniform("slice")) {
     program.use();
-    for (std::size_t unit = 0; unit < unit_names.size(); ++unit) {
-      api.Uniform1i(program.uniform(unit_names[unit]), static_cast<GLint>(unit));
-    }
+    std::array<GLint, 8> units{};
+    std::iota(units.begin(), units.end(), GLint{moments});
+    api.Uniform1i(program.uniform("from"), from);
+    api.Uniform1i(program.uniform("second"), second);
+    api.Uniform1i(program.uniform("matrices"), matrices);
+    api.Uniform1iv(program.uniform("moments"), response - moments, units.data());
+    api.Uniform1iv(program.uniform("response"), 2, units.data() + response - moments);
   }
 
   Program program;
   GLint extent;
   GLint numbers;
+  GLint from_slices; ///< this and what follows -1 in an image
+  GLint second_slices;
+  GLint to_slices;
+  GLint slice;
 };
 
-/// The textures of a level.
+/// One number of every site of a level, in its RingedGrid; null: 0.
+using Numbers = const std::vector<float>*;
+
+/// Textures of numbers, four in each in turn.
+std::vector<Target> textures_of(const Api& api, const RingedGrid& grid, const std::vector<Numbers>& numbers) {
+  const Extent padded = ElasticLayout::padded(grid.sites);
+  std::vector<Target> textures;
+  for (std::size_t first = 0; first < numbers.size(); first += 4) {
+    std::vector<GLfloat> texels(4 * padded.sites());
+    for (std::size_t i = first; i < std::min(first + 4, numbers.size()); ++i) {
+      if (numbers[i] != nullptr) {
+        lay_out(grid, *numbers[i], ElasticLayout::alone(grid.sites), texels.data() + i % 4, 4);
+      }
+    }
+    textures.emplace_back(api, padded, texels.data());
+  }
+  return textures;
+}
+
+/// The textures of a level, as elastic.frag has them.
 struct LevelTextures {
-  /// `slots`: how many.
-  LevelTextures(const Api& api, const ElasticTexels& texels, Extent padded, int slots)
-      : moments(api, padded, texels.moments.data()), more(api, padded, texels.more.data()),
-        response(api, padded, texels.response.data()) {
+  /// `slots`: how many; `matrices_before`: how many masked cells the levels before have.
+  LevelTextures(const Api& api, const ElasticLevel& level, std::size_t matrices_before, int slots) {
+    const auto append = [](std::vector<Numbers>& to, const std::vector<std::vector<float>>& arrays) {
+      std::ranges::transform(arrays, std::back_inserter(to), [](const auto& array) { return &array; });
+    };
+    std::vector<Numbers> of_cells;
+    std::vector<Numbers> of_sites;
+    append(of_sites, level.response);
+    if (level.moments.size() == 1) { // moduli of the sites of a volume
+      append(of_sites, level.moments);
+    } else {
+      append(of_cells, level.moments);
+      of_sites.resize(level.grid.axes() == 3 ? 7 : 3);
+    }
+    std::vector<float> masked(level.grid.size());
+    const Extent cells = level.grid.cells();
+    for (int row = 0; row < cells.rows(); ++row) {
+      const int y = row % cells.height;
+      const int z = row / cells.height;
+      const auto [first, last] = level.masked.row(y, z);
+      for (std::size_t i = first; i < last; ++i) {
+        masked[level.grid.index(level.masked.x[i], y, z)] = static_cast<float>(matrices_before + i + 1);
+      }
+    }
+    of_sites.push_back(&masked);
+    moments = textures_of(api, level.grid, of_cells);
+    response = textures_of(api, level.grid, of_sites);
+    const Extent padded = ElasticLayout::padded(level.grid.sites);
     const std::vector<GLfloat> zeros(4 * padded.sites());
     for (int i = 0; i < slots; ++i) {
       fields.emplace_back(api, padded, zeros.data()).make_drawable();
     }
   }
 
-  Target moments;
-  Target more;
-  Target response;
+  std::vector<Target> moments;
+  std::vector<Target> response;
   std::vector<Target> fields; ///< by slot
 };
 
 class ElasticFragment {
 public:
   static constexpr int block = 2;
-  static constexpr bool has_volumes = false;
 
   explicit ElasticFragment(const Context& context) : gl_(context.api()), quad_(gl_) {}
 
@@ -65,20 +117,17 @@ public:
 
   void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) {
     const std::vector<float> table = elastic_matrices(hierarchy);
-    constexpr int table_width = elastic_matrices_across * elastic_matrix_texels;
-    const Extent table_extent{table_width, static_cast<int>(table.size() / 4 / table_width)};
+    axes_ = layout.levels.front().sites.axes();
+    const int width = elastic_matrices_width(axes_);
+    const Extent table_extent{width, static_cast<int>(table.size() / 4 / static_cast<std::size_t>(width))};
     require_fits(layout.levels.front().sites, table_extent);
-    layout_ = layout;
     levels_.clear();
     sums_.clear();
     std::size_t matrices_before = 0;
     for (const ElasticLevel& level : hierarchy.levels) {
-      const Extent padded = ElasticLayout::padded(level.grid.sites);
-      ElasticTexels texels(padded.sites());
-      texels.matrices = matrices_before;
-      texels.add(level, ElasticLayout::alone(level.grid.sites));
-      matrices_before = texels.matrices;
-      levels_.emplace_back(gl_, texels, padded, levels_.empty() ? elastic_slots : elastic_slots_on_levels);
+      levels_.emplace_back(gl_, level, matrices_before,
+                           levels_.empty() ? elastic_slots : elastic_slots_on_levels);
+      matrices_before += level.masked.x.size();
     }
     for (int i = 0; i < 2; ++i) {
       sums_.emplace_back(gl_, layout.sums.sites, nullptr).make_drawable();
@@ -90,11 +139,14 @@ public:
   void write(ElasticArray to, const VectorField& values) {
     const ElasticLayout::Part part = ElasticLayout::alone(values.extent);
     pixels_.assign(4 * ElasticLayout::padded(values.extent).sites(), 0.0F);
-    for (int y = 0; y < values.extent.height; ++y) {
-      auto at = static_cast<std::size_t>(4 * (part.first + y * part.pitch));
-      for (std::size_t i = values.extent.index(0, y); i < values.extent.index(0, y + 1); ++i, at += 4) {
-        pixels_[at] = values[0][i];
-        pixels_[at + 1] = values[1][i];
+    for (int row = 0; row < values.extent.rows(); ++row) {
+      const int y = row % values.extent.height;
+      const int z = row / values.extent.height;
+      auto at = static_cast<std::size_t>(4 * (part.first + z * part.layer + y * part.pitch));
+      for (std::size_t i = values.extent.index(0, row); i < values.extent.index(0, row + 1); ++i, at += 4) {
+        for (std::size_t axis = 0; axis < axes_; ++axis) {
+          pixels_[at + axis] = values[axis][i];
+        }
       }
     }
     texture(to).upload(pixels_.data());
@@ -102,18 +154,17 @@ public:
 
   void read(ElasticArray array, VectorField& values) {
     pixels_.resize(4 * values.extent.sites());
-    texture(array).draw_into();
-    gl_.ReadPixels(1, 1, values.extent.width, values.extent.height, GL_RGBA, GL_FLOAT, pixels_.data());
-    for (std::size_t i = 0; i < values[0].size(); ++i) {
-      values[0][i] = pixels_[4 * i];
-      values[1][i] = pixels_[4 * i + 1];
+    texture(array).read(1, values.extent, pixels_.data());
+    for (std::size_t axis = 0; axis < axes_; ++axis) {
+      for (std::size_t i = 0; i < values[axis].size(); ++i) {
+        values[axis][i] = pixels_[4 * i + axis];
+      }
     }
   }
 
   [[nodiscard]] float read_sum(ElasticArray array) {
     std::array<GLfloat, 4> pixel{};
-    texture(array).draw_into();
-    gl_.ReadPixels(0, 0, 1, 1, GL_RGBA, GL_FLOAT, pixel.data());
+    texture(array).read(0, {1, 1}, pixel.data());
     return pixel.front();
   }
 
@@ -128,22 +179,39 @@ private:
     const ElasticProgram& kernel = compiled(call.kernel);
     const ElasticParameters& p = call.parameters;
     kernel.program.use();
-    if (kernel.extent >= 0) {
-      gl_.Uniform2f(kernel.extent, static_cast<GLfloat>(p.from.width), static_cast<GLfloat>(p.from.height));
-    }
-    if (kernel.numbers >= 0) {
+    const Target& to = texture(call.to);
+    const auto width = static_cast<GLfloat>(p.from.width);
+    const auto height = static_cast<GLfloat>(p.from.height);
+    if (axes_ == 3) {
+      gl_.Uniform3f(kernel.extent, width, height, static_cast<GLfloat>(p.from.depth));
+      gl_.Uniform4f(kernel.numbers, p.lame, 0.0F, p.factor, 0.0F);
+      texture(call.from).tell_slices(kernel.from_slices);
+      texture(call.second).tell_slices(kernel.second_slices);
+      to.tell_slices(kernel.to_slices);
+    } else {
+      gl_.Uniform2f(kernel.extent, width, height);
       gl_.Uniform4f(kernel.numbers, p.nu, p.shear, p.factor, 0.0F);
     }
     const LevelTextures& constants = levels_.at(static_cast<std::size_t>(call.from.level));
     texture(call.from).bind(from);
     texture(call.second).bind(second);
-    constants.moments.bind(moments);
-    constants.more.bind(more);
-    constants.response.bind(response);
+    bind_all(constants.moments, moments);
+    bind_all(constants.response, response);
     (call.kernel.step == ElasticStep::solve ? *inverse_ : *matrices_).bind(matrices);
-    texture(call.to).draw_into();
+    to.draw_into();
     const GLint margin = call.to.slot < elastic_slots ? 1 : 0;
-    quad_.draw({margin, margin}, {p.to.width, p.to.height});
+    for (int z = 0; z < p.to.depth; ++z) {
+      const int slice = to.extent().depth > 1 ? z + margin : 0;
+      const Texel corner = to.corner(slice);
+      gl_.Uniform1f(kernel.slice, static_cast<GLfloat>(slice));
+      quad_.draw({corner.x + margin, corner.y + margin}, {p.to.width, p.to.height});
+    }
+  }
+
+  static void bind_all(const std::vector<Target>& textures, GLint unit) {
+    for (const Target& one : textures) {
+      one.bind(unit++);
+    }
   }
 
   [[nodiscard]] Target& texture(ElasticArray array) {
@@ -155,43 +223,38 @@ private:
   void require_fits(Extent sites, Extent table) const {
     GLint limit = 0;
     gl_.GetIntegerv(GL_MAX_RECTANGLE_TEXTURE_SIZE_ARB, &limit);
-    const Extent padded = ElasticLayout::padded(sites);
-    if (std::max({padded.width, padded.height, table.width, table.height}) > limit) {
-      throw TooLarge(fmt::format("{} x {} sites need textures of {} x {} for the elastic energy, and one of "
-                                 "{} x {} for cells beside conditions; this device's rectangle textures end "
-                                 "at {} x {}",
-                                 sites.width, sites.height, padded.width, padded.height, table.width,
-                                 table.height, limit, limit));
+    const Extent texture = texture_of(ElasticLayout::padded(sites));
+    if (std::max({texture.width, texture.height, table.width, table.height}) > limit) {
+      throw TooLarge(
+          fmt::format("{} sites need textures of {} for the elastic energy, and one of {} for cells "
+                      "beside conditions; this device's rectangle textures end at {} x {}",
+                      sites.text(), texture.text(), table.text(), limit, limit));
     }
   }
 
   void load_inverse(const ElasticHierarchy& hierarchy) {
     const auto sites = static_cast<int>(hierarchy.levels.back().grid.sites.sites());
-    std::vector<GLfloat> texels(2 * hierarchy.coarsest_inverse.size());
-    for (std::size_t i = 0; i < hierarchy.coarsest_inverse.size(); i += 2) {
-      texels[2 * i] = hierarchy.coarsest_inverse[i];
-      texels[2 * i + 1] = hierarchy.coarsest_inverse[i + 1];
+    const std::vector<float>& numbers = hierarchy.coarsest_inverse;
+    std::vector<GLfloat> texels(4 * (numbers.size() / axes_));
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      texels[4 * (i / axes_) + i % axes_] = numbers[i];
     }
-    inverse_.emplace(gl_, Extent{sites, 2 * sites}, texels.data());
+    inverse_.emplace(gl_, Extent{sites, static_cast<int>(axes_) * sites}, texels.data());
   }
 
   const ElasticProgram& compiled(const ElasticKernel& kernel) {
-    auto found = programs_.find(kernel);
-    if (found == programs_.end()) {
-      found = programs_.try_emplace(kernel, gl_, kernel).first;
-    }
-    return found->second;
+    return programs_[axes_ - 2].try_emplace(kernel, gl_, kernel, axes_).first->second;
   }
 
   const Api& gl_;
   Quad quad_;
-  ElasticLayout layout_;
+  std::size_t axes_ = 2;
   std::vector<LevelTextures> levels_;
   std::vector<Target> sums_;
   std::optional<Target> matrices_; ///< elastic_matrices()
   std::optional<Target> inverse_;
-  std::map<ElasticKernel, ElasticProgram> programs_;
-  std::vector<GLfloat> pixels_; ///< RGBA staging
+  std::array<std::map<ElasticKernel, ElasticProgram>, 2> programs_; ///< of images and of volumes
+  std::vector<GLfloat> pixels_;                                     ///< RGBA staging
 };
 
 } // namespace
@@ -200,12 +263,12 @@ std::unique_ptr<ElasticSession> make_elastic_fragment(std::string name, std::uni
   return std::make_unique<ElasticLevelSession<Context, ElasticFragment>>(std::move(name), std::move(context));
 }
 
-std::string elastic_fragment_text(const ElasticKernel& kernel) {
+std::string elastic_fragment_text(const ElasticKernel& kernel, std::size_t axes) {
   return assemble(sources::elastic_fragment,
                   fmt::format("#define STEP {:d}\n#define HAS_LOAD {:d}\n#define IS_IMAGE {:d}\n"
-                              "#define HAS_MASKED {:d}\n",
+                              "#define HAS_MASKED {:d}\n#define HDM_AXES {}\n",
                               static_cast<int>(kernel.step), kernel.has_load, kernel.is_image,
-                              kernel.has_masked));
+                              kernel.has_masked, axes));
 }
 
 } // namespace hdmbench::gl

@@ -287,8 +287,6 @@ private:
 
 /// What DeviceBackend opens. Texels are those of two sites; of one site they have more bytes.
 struct FragmentSource {
-  static constexpr bool takes_volumes = true;
-  static constexpr bool has_elastic_volumes = false;
   std::unique_ptr<Platform> platform;
 
   [[nodiscard]] std::vector<Device> devices() const { return platform->devices(required); }

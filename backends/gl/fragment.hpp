@@ -22,7 +22,7 @@ namespace hdmbench::gl {
 /// The elastic energy there: kernels/shaders/elastic.frag. `name`: of the backend, for errors.
 [[nodiscard]] std::unique_ptr<ElasticSession> make_elastic_fragment(std::string name,
                                                                     std::unique_ptr<Context> context);
-/// elastic.frag as the driver wants it.
-[[nodiscard]] std::string elastic_fragment_text(const ElasticKernel& kernel);
+/// elastic.frag as the driver wants it, of images or of volumes.
+[[nodiscard]] std::string elastic_fragment_text(const ElasticKernel& kernel, std::size_t axes = 2);
 
 } // namespace hdmbench::gl

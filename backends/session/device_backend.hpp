@@ -67,8 +67,8 @@ struct DeviceBackendName {
 };
 
 /// The backend that computes on the devices of `Source`, which lists them (devices()) and opens them: a
-/// session (session(index, work)), one of the elastic energy (elastic(name, index)), both with or without
-/// volumes (takes_volumes, has_elastic_volumes), and OnDevice<..., Loops> (loops(index)).
+/// session (session(index, work)), one of the elastic energy (elastic(name, index)), and OnDevice<..., Loops>
+/// (loops(index)).
 template <typename Source>
 class DeviceBackend final : public Backend, public ArithmeticProgram {
 public:
@@ -83,9 +83,8 @@ public:
   double bytes_per_update(SiteKind kind, int /*sweeps*/) const override {
     return hdmbench::bytes_per_update(kind, classes_inside);
   }
-  bool takes_volumes() const override { return Source::takes_volumes; }
+  bool takes_volumes() const override { return true; }
   bool has_elastic() const override { return true; }
-  bool has_elastic_volumes() const override { return Source::has_elastic_volumes; }
   std::string_view language() const override { return name_.language; }
   std::vector<float> evaluate(std::size_t index, std::span<const ArithmeticCase> cases) const override {
     return source_.loops(index)([&](Loops& loops) { return loops.evaluate(cases); });

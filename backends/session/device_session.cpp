@@ -359,8 +359,6 @@ private:
 
 /// What DeviceBackend opens.
 struct KernelSource {
-  static constexpr bool takes_volumes = true;
-  static constexpr bool has_elastic_volumes = true;
   std::unique_ptr<ComputeApi> api;
 
   [[nodiscard]] std::vector<Device> devices() const { return api->devices(); }

@@ -11,7 +11,7 @@
 namespace hdmbench {
 
 /// A session of the elastic energy over `Steps`, which is made of an Owner (OnDevice) and has arrays and
-/// kernels: has_volumes, load(hierarchy, layout), write(), read() and read_sum() of an ElasticArray, and
+/// kernels: load(hierarchy, layout), write(), read() and read_sum() of an ElasticArray, and
 /// run(), which need not wait until the work is done. Steps::block: sites a side of the blocks that one
 /// kernel sums up; coarse_size(): how long the arrays of levels may be that an ElasticTogether has, 0 where
 /// there is none. Every step writes an array that is to spare, which then takes the field's place.
@@ -24,10 +24,6 @@ public:
 
   void load(const ElasticHierarchy& hierarchy) override {
     is_volume_ = hierarchy.levels.front().grid.axes() == 3;
-    if (is_volume_ && !Steps::has_volumes) {
-      throw DeviceError(name_ + ": has the elastic energy of images only, not of volumes; scalar, openmp, "
-                                "gl-compute, vulkan-compute and opencl have both");
-    }
     std::int64_t most_coarse = 0;
     on_device([&](Steps& steps) {
       layout_ = ElasticLayout(hierarchy, Steps::block);

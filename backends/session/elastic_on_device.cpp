@@ -53,8 +53,6 @@ private:
 
 class ElasticArrays {
 public:
-  static constexpr bool has_volumes = true;
-
   explicit ElasticArrays(ComputeDevice& device) : device_(device), programs_(device) {}
 
   static constexpr int block = ELASTIC_BLOCK;

@@ -45,39 +45,23 @@ void lay_out(const RingedGrid& grid, const std::vector<float>& values, const Ela
   }
 }
 
-ElasticTexels::ElasticTexels(std::size_t size) : moments(4 * size), more(4 * size), response(4 * size) {}
-
-void ElasticTexels::add(const ElasticLevel& level, const ElasticLayout::Part& part) {
-  for (std::size_t i = 0; i < level.moments.size(); ++i) {
-    lay_out(level.grid, level.moments[i], part, (i < 4 ? moments : more).data() + i % 4, 4);
-  }
-  for (std::size_t i = 0; i < level.response.size(); ++i) {
-    lay_out(level.grid, level.response[i], part, response.data() + i, 4);
-  }
-  for (int y = 0; y < level.grid.sites.height; ++y) {
-    const auto [first, last] = level.masked.row(y);
-    for (std::size_t i = first; i < last; ++i) {
-      const std::int64_t at = part.first + y * part.pitch + level.masked.x[i];
-      more[4 * static_cast<std::size_t>(at) + 2] = static_cast<float>(matrices + i + 1);
-    }
-  }
-  matrices += level.masked.x.size();
-}
-
 std::vector<float> elastic_matrices(const ElasticHierarchy& hierarchy) {
+  const std::size_t axes = hierarchy.levels.front().grid.axes();
   std::vector<float> texels;
   for (const ElasticLevel& level : hierarchy.levels) {
+    const std::size_t components = level.masked.components;
     for (std::size_t cell = 0; cell < level.masked.x.size(); ++cell) {
       const float* const matrix = level.masked.matrix(cell);
-      for (std::size_t corner = 0; corner < 4; ++corner) {
-        for (std::size_t column = 0; column < 8; ++column) {
-          texels.push_back(matrix[8 * column + 2 * corner]);
-          texels.push_back(matrix[8 * column + 2 * corner + 1]);
+      for (std::size_t corner = 0; corner < components; corner += axes) {
+        for (std::size_t column = 0; column < components; ++column) {
+          const float* const forces = matrix + components * column + corner;
+          texels.insert(texels.end(), forces, forces + axes);
+          texels.resize((texels.size() + 1) / 2 * 2);
         }
       }
     }
   }
-  constexpr std::size_t row = 4 * elastic_matrix_texels * elastic_matrices_across;
+  const auto row = 4 * static_cast<std::size_t>(elastic_matrices_width(axes));
   texels.resize((texels.size() / row + 1) * row);
   return texels;
 }

@@ -52,25 +52,13 @@ struct ElasticLayout {
 void lay_out(const RingedGrid& grid, const std::vector<float>& values, const ElasticLayout::Part& part,
              float* to, std::size_t stride);
 
-/// What does not change of levels, as GLSL has it: texels of four in arrays of this layout.
-struct ElasticTexels {
-  /// All 0.
-  explicit ElasticTexels(std::size_t size);
-  /// Levels in their order.
-  void add(const ElasticLevel& level, const ElasticLayout::Part& part);
-
-  std::vector<float> moments; ///< m, mr, ms, mrr of a cell
-  std::vector<float> more; ///< mss, mrs; of a masked cell 1 + the number of its matrix, else 0; one to spare
-  std::vector<float> response; ///< xx, xy, yy of a site, one to spare
-  std::size_t matrices = 0;    ///< of the levels added
-};
-
-/// Matrices of masked cells as GLSL has them, sixteen texels of four; filled up to rows of
-/// elastic_matrices_across. For each corner four texels: force x and y by the displacement x of a corner, the
-/// same two by its y.
+/// Matrices of masked cells as GLSL 1.20 has them, in a texture of this width. For each corner: its force by
+/// the displacements of all, component by component. In an image two of these columns are a texel, in a
+/// volume one, and something to spare; 64 cells or 16 are a row.
 [[nodiscard]] std::vector<float> elastic_matrices(const ElasticHierarchy& hierarchy);
-constexpr std::size_t elastic_matrices_across = 64;
-constexpr std::size_t elastic_matrix_texels = 16;
+[[nodiscard]] constexpr int elastic_matrices_width(std::size_t axes) {
+  return axes == 3 ? 16 * 192 : 64 * 16;
+}
 
 /// For each level where its list begins and how many sites are in it, then the lists: of a site beside masked
 /// cells x, y and z as elastic_sites.h counts them, 0, and the numbers of the matrices of its cells in

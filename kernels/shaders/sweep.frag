@@ -165,9 +165,5 @@ void main() {
   Displacement next = swept(site_drawn());
   vec2 rest = vec2(texture2DRect(image, gl_FragCoord.xy).MODULUS, 0.0);
 #endif
-#if HDM_AXES > 2
-  gl_FragColor = vec4(next.x, next.y, next.z, rest.x);
-#else
-  gl_FragColor = vec4(next.x, next.y, rest);
-#endif
+  gl_FragColor = vec4(next.x, next.y AND_Z(next.z), rest);
 }

@@ -58,7 +58,8 @@ json measure(ShaderCompiler& compiler, std::string_view group, std::string_view 
 json measure_sweep(ShaderCompiler& compiler, std::string_view group, std::string_view shader,
                    const Level& level) {
   const bool has_candidates = level.rule == Rule::steps || level.rule == Rule::annealing;
-  return measure(compiler, group, shader, gl::sweep_text(shader_constants(level), general_class),
+  return measure(compiler, group, shader,
+                 gl::sweep_text(shader_constants(level), general_class, {}, level.extent.axes()),
                  has_candidates ? level.steps.count() : 0);
 }
 
@@ -74,7 +75,9 @@ StepSet some_steps(int count) {
 /// The passes of gl-fragment for the elastic energy, and the count of changed sites.
 const std::vector<std::pair<const char*, std::string>>& other_passes() {
   using enum ElasticStep;
-  const auto pass = [](const ElasticKernel& kernel) { return gl::elastic_fragment_text(kernel); };
+  const auto pass = [](const ElasticKernel& kernel, std::size_t axes = 2) {
+    return gl::elastic_fragment_text(kernel, axes);
+  };
   static const std::vector<std::pair<const char*, std::string>> passes{
       {"the count of changed sites", gl::assemble(sources::passes_fragment, "#define COUNTS\n")},
       {"elastic, a sweep of the displacement", pass({.step = relax})},
@@ -86,6 +89,8 @@ const std::vector<std::pair<const char*, std::string>>& other_passes() {
       {"elastic, interpolation", pass({.step = correct})},
       {"elastic, the coarsest level", pass({.step = solve})},
       {"elastic, products of a sum", pass({.step = products})},
+      {"elastic, a sweep of a volume beside conditions",
+       pass({.step = relax, .is_image = true, .has_masked = true}, 3)},
   };
   return passes;
 }
@@ -169,6 +174,7 @@ json measure_instructions(ShaderCompiler& compiler) {
       rows.push_back(measure_sweep(compiler, "methods", method.name, level));
     }
   }
+  rows.push_back(measure_sweep(compiler, "methods", "icm, of a volume", {.extent = {2, 2, 2}}));
   for (const auto& [name, text] : other_passes()) {
     rows.push_back(measure(compiler, "methods", name, text));
   }

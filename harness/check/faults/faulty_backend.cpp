@@ -173,7 +173,6 @@ public:
   std::vector<Device> devices() const override { return {cpu_device("1 thread")}; }
   bool takes_volumes() const override { return true; }
   bool has_elastic() const override { return true; }
-  bool has_elastic_volumes() const override { return true; }
 
 private:
   std::unique_ptr<Session> do_open(std::size_t /*index*/, const SessionOptions& /*options*/) const override {

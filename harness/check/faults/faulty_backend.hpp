@@ -60,7 +60,6 @@ public:
   std::vector<Device> devices() const override { return sound_.devices(); }
   bool takes_volumes() const override { return sound_.takes_volumes(); }
   bool has_elastic() const override { return sound_.has_elastic(); }
-  bool has_elastic_volumes() const override { return sound_.has_elastic_volumes(); }
 
 private:
   std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& options) const override;

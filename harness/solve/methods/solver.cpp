@@ -14,10 +14,8 @@ std::string why_not_solved(const Scene& scene, const Backend& backend) {
     return fmt::format("cannot update as {} wants", method_name(scene));
   }
   const bool of_cells = scene.energy->is_of_cells();
-  const bool is_volume = scene.extent().axes() == 3;
-  if (is_volume && !(of_cells ? backend.has_elastic_volumes() : backend.takes_volumes())) {
-    return fmt::format("computes images only with the {} energy, and {} is a volume", scene.energy->name,
-                       scene.name);
+  if (scene.extent().axes() == 3 && !backend.takes_volumes()) {
+    return fmt::format("computes images only, and {} is a volume", scene.name);
   }
   const bool lacks_energy = of_cells && !backend.has_elastic();
   return lacks_energy ? fmt::format("does not compute the {} energy", scene.energy->name) : "";
