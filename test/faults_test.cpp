@@ -29,6 +29,30 @@ const std::vector<TrialScene>& all_scenes() {
   return scenes;
 }
 
+/// What is asked of a mistake in a shader is whether verify sees it: of those that both pipelines have, every
+/// second one is planted in one and the others in the other. HDMBENCH_ALL_VARIANTS=1: each in both.
+std::vector<Planted> tried() {
+  std::vector<Planted> list = faults::all_planted(test::scalar());
+  if (std::getenv("HDMBENCH_ALL_VARIANTS") != nullptr) {
+    return list;
+  }
+  std::map<std::string, std::set<std::string>> pipelines; // that have a mistake
+  for (const Planted& planted : list) {
+    if (planted.layer == faults::Layer::shader && planted.expected == Expected::disagree) {
+      pipelines[planted.name].insert(planted.backend);
+    }
+  }
+  std::size_t number = 0;
+  std::set<std::pair<std::string, std::string>> left_out;
+  for (const auto& [name, both] : pipelines) {
+    if (both.size() == 2) {
+      left_out.emplace(name, ++number % 2 == 0 ? *both.begin() : *both.rbegin());
+    }
+  }
+  std::erase_if(list, [&](const Planted& one) { return left_out.contains({one.name, one.backend}); });
+  return list;
+}
+
 class PlantedFault : public testing::TestWithParam<Planted> {};
 
 /// In images or in volumes: what is planted in volumes alone is tried on nothing else.
@@ -63,13 +87,12 @@ TEST_P(PlantedFault, TurnsVerifyRedUnlessItIsAControl) {
   EXPECT_TRUE(control || !caught.empty()) << "caught nowhere";
 }
 
-INSTANTIATE_TEST_SUITE_P(Checker, PlantedFault, testing::ValuesIn(faults::all_planted(test::scalar())),
-                         [](const auto& information) {
-                           std::string name = information.param.backend + "_" + information.param.name;
-                           std::ranges::replace_if(
-                               name, [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
-                           return name;
-                         });
+INSTANTIATE_TEST_SUITE_P(Checker, PlantedFault, testing::ValuesIn(tried()), [](const auto& information) {
+  std::string name = information.param.backend + "_" + information.param.name;
+  std::ranges::replace_if(
+      name, [](unsigned char c) { return std::isalnum(c) == 0; }, '_');
+  return name;
+});
 
 #ifdef HDMBENCH_WITH_GL
 
