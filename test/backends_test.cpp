@@ -74,13 +74,8 @@ std::vector<SameBits::ParamType> backends_and_groups() {
 }
 INSTANTIATE_TEST_SUITE_P(Registry, SameBits, testing::ValuesIn(backends_and_groups()), name_of_test);
 
-void expect_elastic_bits(ElasticSession& session, std::string_view way, bool volumes = true) {
+void expect_elastic_bits(ElasticSession& session, std::string_view way) {
   for (const test::ElasticCase& one : test::elastic_cases()) {
-    if (one.hierarchy.levels.front().grid.axes() == 3 && !volumes) {
-      EXPECT_THAT([&] { session.load(one.hierarchy); },
-                  testing::ThrowsMessage<DeviceError>(HasSubstr("of images only")));
-      continue;
-    }
     for (const test::Order order : {test::Order::one_by_one, test::Order::in_one_go}) {
       ASSERT_EQ(elastic_difference(session, one, order), "") << way;
     }
@@ -213,7 +208,7 @@ INSTANTIATE_TEST_SUITE_P(Registry, ElasticBits, testing::ValuesIn(test::backend_
                          test::parameter_name);
 
 TEST_P(ElasticBits, AsScalar) {
-  expect_elastic_bits(*backend().open_elastic({}), GetParam(), backend().has_elastic_volumes());
+  expect_elastic_bits(*backend().open_elastic({}), GetParam());
 }
 
 TEST_P(ElasticBits, RandomLevelsHaveTheBitsOfScalar) {

@@ -2,7 +2,7 @@
 // so a new one is tried by itself; random_commands.toml has what they are given. Only what is always true is
 // asked for: exit status 0, 1 or 2, an end in time, outputs that can be read, fields that are finite and no
 // larger than the conditions, and inputs that nobody touched. Every case is a number:
-// HDMBENCH_RANDOM_CASES=1000 (default 50) says how many, HDMBENCH_RANDOM_CASE=NUMBER repeats one.
+// HDMBENCH_RANDOM_CASES=1000 (default 100) says how many, HDMBENCH_RANDOM_CASE=NUMBER repeats one.
 
 #include "test/files.hpp"
 #include "test/person.hpp"
@@ -18,7 +18,7 @@ namespace {
 using Words = std::vector<std::string>;
 using WordsByName = std::map<std::string, Words>;
 
-constexpr int usual_cases = 50;
+constexpr int usual_cases = 100;
 constexpr int seconds_per_case = 120; // on a busy machine; hardly one takes 5
 constexpr double farthest = 8.0;      // pixels, of what random_commands.toml pulls
 
