@@ -169,7 +169,7 @@ TEST_F(PageInBrowser, ShowsWhatIsCommitted) {
     same("folded", shown("details.part > summary").map((one) => one.firstChild.textContent),
          ["Accuracy", "From pixels to the continuum", "Where the methods fail", "Backends and devices", "Agreement on other drivers",
           "Arithmetic of the devices", "Planted faults", "Failing calls of drivers", "Golden hashes", "Several ranks", "Registration",
-          "Hidden stiffness", "Does it fit the thesis's card?", "More pictures", "Reproduce"]);
+          "Hidden stiffness", "Does it fit the thesis's card?", "Reproduce"]);
     same("width", document.documentElement.scrollWidth, (width) => width <= 1000);
     same("labels over labels", overlapping, []);
     same("words", texts(".table td, .table th, .tip, .legend button, p, li").filter((text) => /undefined|\[object|Infinity|\bNaN (px|m?s)|^(NaN|false|null)$/.test(text)), []);
@@ -209,8 +209,12 @@ TEST_F(PageInBrowser, SwitchesSeriesScenesAndCells) {
                                                                  {"sites_differing", 7},
                                                                  {"first_difference", place}})}));
   write("strange.json", "strange", json::array({{{"odd_key", 17}}}));
+  std::filesystem::copy_file(committed / "brain-grid.png", folder() / "of-no-result.png");
   make();
   expect_page(R"(
+    const more = shown("details.part > summary").find((one) => one.firstChild.textContent === "More pictures").parentNode;
+    unfold(more);
+    same("pictures of no result", more.querySelectorAll("img").length, 1);
     const dots = (name, wanted) => same("dots, " + name, shown(".chart .dot").length, wanted);
     dots("all", 4);
     same("steps: three points and the end", shown(".front")[0].getAttribute("d").match(/[MH]/g).length, 4);
