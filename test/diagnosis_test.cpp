@@ -166,7 +166,7 @@ TEST(BeforeTheRun, AVolumeThatHardlyChangesItsSizeIsNamed) {
 TEST(BeforeTheRun, ResampledPixelsAreNamed) {
   Scene scene = pulled_scene({8, 8}, 10.0F);
   EXPECT_FALSE(has(diagnose(scene), "resampled"));
-  scene.oblong = "1 mm x 2 mm";
+  scene.oblong = OblongGrid{.extent = {8, 4}, .sides = {1.0, 2.0}};
   EXPECT_TRUE(has(diagnose(scene), "resampled"));
 }
 

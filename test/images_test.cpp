@@ -91,18 +91,18 @@ TEST_F(ImageFiles, OblongPixelsBecomeSquares) {
   EXPECT_EQ(labels.pixels.values, (std::vector{1, 2, 1, 2}));
   EXPECT_EQ(labels.spacing, 1.0);
   EXPECT_EQ(labels.placement.origin, (Placement::Vector{0.0, -0.5, 0.0}));
-  EXPECT_EQ(labels.oblong, "1 mm x 2 mm");
+  EXPECT_EQ(sides_text(*labels.oblong), "1 mm x 2 mm");
   EXPECT_FALSE(labels.padded);
   const auto stated = read_labels(image, {.spacing = 3.0});
   EXPECT_EQ(stated.pixels.values, (std::vector{1, 2}));
   EXPECT_EQ(stated.spacing, 3.0);
-  EXPECT_EQ(stated.oblong, "");
+  EXPECT_FALSE(stated.oblong);
   // Shortest sides that do not fill a pixel of the border are left out, half of them on each side.
   const auto volume =
       write_nrrd("v.nrrd", "float", "3 2 2", "0 1 2 0 1 2 3 4 5 3 4 5", "spacings: 2 2.25 4.5\n");
   const auto cubes = read_scalar(volume, {.takes_volumes = true});
   EXPECT_EQ(cubes.pixels.extent, Extent(3, 2, 4));
-  EXPECT_EQ(cubes.oblong, "2 mm x 2.25 mm x 4.5 mm");
+  EXPECT_EQ(sides_text(*cubes.oblong), "2 mm x 2.25 mm x 4.5 mm");
   EXPECT_THAT(cubes.placement.origin,
               testing::ElementsAre(0.0, testing::DoubleEq(0.125), testing::DoubleEq(-0.75)));
   EXPECT_FLOAT_EQ(cubes.pixels.values[cubes.pixels.extent.index(1, 1, 1)], 1.0F + 3.0F * (1.25F / 4.5F));
@@ -113,6 +113,19 @@ TEST_F(ImageFiles, OblongPixelsBecomeSquares) {
   const auto displacement = read_displacement(field, true);
   EXPECT_EQ(displacement.pixels.extent, Extent(2, 2, 4));
   EXPECT_EQ(displacement.pixels[2], std::vector<float>(16, 1.5F));
+  // It is written on the grid of the oblong voxels again.
+  VectorField sloped(cubes.pixels.extent);
+  for_each_site(sloped.extent, [&](int x, int y, int z) {
+    sloped[2][sloped.extent.index(x, y, z)] = static_cast<float>(z) + 0.5F;
+  });
+  write_displacement(path("w.nrrd"), sloped, cubes.spacing, cubes.placement, cubes.oblong);
+  const auto written = read_vector(path("w.nrrd"), {.spacing = 1.0, .takes_volumes = true});
+  EXPECT_EQ(written.pixels.extent, Extent(3, 2, 2));
+  EXPECT_EQ(written.placement.origin, (Placement::Vector{0.0, 0.0, 0.0}));
+  EXPECT_THAT(content(path("w.nrrd")), HasSubstr("(2,0,0) (0,2.25,0) (0,0,4.5)"));
+  for (std::size_t site = 0; site < 12; ++site) { // the first slice lies 0.75 mm above the first cubes
+    EXPECT_FLOAT_EQ(written.pixels[2][site], 2.0F * (0.5F + (site < 6 ? 0.375F : 0.375F + 2.25F)));
+  }
   const auto flat = write_nrrd("f.nrrd", "uchar", "2 2 2", "1 2 3 4 5 6 7 8", "spacings: 1e-4 1e-4 1e5\n");
   expect_refusal(
       [&] { (void)read_labels(flat, {.takes_volumes = true}); },
@@ -386,14 +399,14 @@ TEST_F(ImageScene, SizeResamplesAndSpacingIsThatOfTheFilesPixels) {
   const Scene halved = load(fmt::format("spacing = 2.0\n{}", labelled), {.size = Extent{6, 4}});
   EXPECT_EQ(halved.spacing, 1.0);
   EXPECT_EQ(halved.placement.origin, (Placement::Vector{-0.5, -0.5, 0.0}));
-  EXPECT_EQ(halved.oblong, "");
+  EXPECT_FALSE(halved.oblong);
   std::string text(labelled);
   text.replace(text.find("labels.nrrd"), 6, "oblong");
   write_nrrd("oblong.nrrd", "short", "3 1", "0 7 7", "spacings: 0.5 1\n");
   const Scene oblong = load(text);
   EXPECT_EQ(oblong.extent(), (Extent{3, 2}));
   EXPECT_EQ(oblong.spacing, 0.5);
-  EXPECT_EQ(oblong.oblong, "0.5 mm x 1 mm");
+  EXPECT_EQ(sides_text(*oblong.oblong), "0.5 mm x 1 mm");
 }
 
 /// Slices of a real person, in the folder that HDMBENCH_TEST_DATA names.

@@ -287,7 +287,7 @@ void write_files(const std::filesystem::path& folder, const std::vector<std::str
     fmt::print("  No files are written: this build has no image support (-DHDMBENCH_IMAGES=ON).\n");
     return;
   }
-  write_displacement(folder / files[0], displacement, scene.spacing, scene.placement);
+  write_displacement(folder / files[0], displacement, scene.spacing, scene.placement, scene.oblong);
   row["field"] = beside(results, folder, files[0]);
   fmt::print("  {}: the displacement in millimetres\n", (folder / files[0]).string());
   if (is_inspected(scene.extent())) {

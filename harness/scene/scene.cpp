@@ -175,7 +175,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   }
   content.labels = {}; // before there is more
   scene.placement = content.placement;
-  scene.oblong = std::move(content.oblong);
+  scene.oblong = content.oblong;
   reader.read("poisson", scene.poisson);
   read_schedule(reader, !options.size, scene);
   read_exact(reader, options, scene);

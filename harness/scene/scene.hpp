@@ -92,7 +92,7 @@ struct Scene {
   LabelField labels;     ///< the segmentation the moduli come from; empty where there was none, likewise
   double spacing = 1.0;  ///< millimetres per pixel
   Placement placement{}; ///< of the pixels in the patient
-  std::string oblong{};  ///< sides of its files' pixels where these are not square, and were resampled
+  std::optional<OblongGrid> oblong{}; ///< its file's own pixels, where they were not square and are resampled
   const RegisteredEnergy* energy = &usual_energy(); ///< that the displacement minimises; never null
   const RegisteredEnergy* stated_energy = nullptr;  ///< that the scene file names itself; null: none
   double poisson =

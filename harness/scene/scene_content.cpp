@@ -283,7 +283,7 @@ Content read_brain_content(TomlReader& brain, TomlReader& scene, const std::file
                     .picture = std::move(found.picture),
                     .spacing = found.spacing,
                     .placement = found.placement,
-                    .oblong = std::move(found.oblong)};
+                    .oblong = found.oblong};
     assign_tissues(scene, tissues, content, false);
     return content;
   };

@@ -20,8 +20,8 @@ struct Content {
   ScalarField picture;
   double spacing = 1.0;
   Placement placement{};
-  std::string oblong{};   ///< as of Image
-  bool segmented = false; ///< labels says which tissue, not the same everywhere for want of one
+  std::optional<OblongGrid> oblong{}; ///< as of Image
+  bool segmented = false;             ///< labels says which tissue, not the same everywhere for want of one
 };
 
 /// A scene file that is shipped or on the disk.

@@ -1,4 +1,5 @@
 #include "harness/judge/diagnosis/measures.hpp"
+#include "harness/scene/images/images.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
@@ -268,9 +269,10 @@ void check_poisson_ratio(const Scene& scene, Warnings& warnings) {
 }
 
 void check_resampling(const Scene& scene, Warnings& warnings) {
-  if (!scene.oblong.empty()) {
-    warn(warnings, "resampled", std::nullopt, "sides"_a = scene.oblong, "extent"_a = scene.extent().text(),
-         "side"_a = scene.spacing, "shape"_a = scene.extent().axes() == 3 ? "cubes" : "squares");
+  if (scene.oblong) {
+    warn(warnings, "resampled", std::nullopt, "sides"_a = sides_text(*scene.oblong),
+         "extent"_a = scene.extent().text(), "side"_a = scene.spacing,
+         "shape"_a = scene.extent().axes() == 3 ? "cubes" : "squares");
   }
 }
 

@@ -266,7 +266,8 @@ BrainSlice read_brain(const std::filesystem::path& file, std::optional<int> slic
     const auto sample = [&](const ScalarField& field) {
       ScalarField result(size);
       for_each_site(size, [&](int column, int row) {
-        result.values[size.index(column, row)] = images::linear_at(field, native_x(column), native_y(row));
+        result.values[size.index(column, row)] =
+            images::linear_at(field.values, field.extent, native_x(column), native_y(row));
       });
       return result;
     };

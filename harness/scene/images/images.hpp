@@ -4,6 +4,8 @@
 #include "harness/scene/sites.hpp"
 #include "kernels/data/field.hpp"
 
+#include <fmt/format.h>
+
 #include <array>
 #include <filesystem>
 #include <optional>
@@ -36,8 +38,8 @@ struct Image {
   Pixels pixels;
   double spacing = 1.0;
   Placement placement{};
-  bool padded = false;  ///< `size` has another aspect: pixels beside the file's image are 0
-  std::string oblong{}; ///< of a file whose pixels are not square, their sides: "1 mm x 1 mm x 2.5 mm"
+  bool padded = false;                ///< `size` has another aspect: pixels beside the file's image are 0
+  std::optional<OblongGrid> oblong{}; ///< the file's own pixels, where they are not square
 };
 
 /// `slice` picks the slice of a 3-D image along its third axis and is required there unless it has one slice,
@@ -66,6 +68,11 @@ struct ReadOptions {
 [[nodiscard]] Image<VectorField> read_displacement(const std::filesystem::path& file,
                                                    bool takes_volumes = false);
 
+/// Returns "1 mm x 1 mm x 2.5 mm".
+[[nodiscard]] inline std::string sides_text(const OblongGrid& grid) {
+  return fmt::format("{:g} mm", fmt::join(std::span(grid.sides).first(grid.extent.axes()), " mm x "));
+}
+
 /// Which way a slice of a volume lies, and what scene files call it.
 enum class Orientation {
   axial,   ///< counted from below; rows begin in front, columns at the patient's right
@@ -80,7 +87,7 @@ struct BrainSlice {
   LabelField tissue; ///< 0 outside the brain, then 1 ... classes by rising brightness; one part without holes
   double spacing = 1.0;
   Placement placement;
-  std::string oblong{}; ///< as of Image
+  std::optional<OblongGrid> oblong{}; ///< as of Image
 };
 /// A 3-D image whose background is 0, turned as its header says. No `slice`: the one that shows most of the
 /// brain. The grid has `size` pixels with the brain centred and at
@@ -98,11 +105,11 @@ struct BrainSlice {
 
 /// Writes the displacement, in pixels, as a W x H x D image of physical 3-vectors in millimetres, along the
 /// axes of the space and not of the image, that ITK, 3D Slicer and ParaView open; .nrrd, .mha or .nii.gz by
-/// the extension. The header of the first two carries the direction of the mapping and the unit as
-/// key/values; that of NIfTI has floats for the place. Written beside the target and renamed, so that no
-/// half-written file is left.
+/// the extension. With `grid` at the pixels of that file, linear between those of the displacement. The
+/// header of the first two carries the direction of the mapping and the unit as key/values; that of NIfTI has
+/// floats for the place. Written beside the target and renamed, so that no half-written file is left.
 void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing,
-                        const Placement& placement = {});
+                        const Placement& placement = {}, const std::optional<OblongGrid>& grid = {});
 
 /// The values as they are, float or 16-bit integer, as a W x H x D image of pixels with sides of `spacing`
 /// millimetres, in the same formats. read_scalar, read_vector and read_labels give them back to

@@ -83,27 +83,26 @@ void fit_nearest(const std::filesystem::path& file, Image<std::vector<ScalarFiel
 
 /// Linear interpolation along all axes at a finite position in pixels, pixel centres at integers; beyond the
 /// outer centres the nearest pixel of the border.
-[[nodiscard]] inline float linear_at(const ScalarField& field, double x, double y, double z = 0.0) {
-  const double inside_x = std::clamp(x, 0.0, field.extent.width - 1.0);
-  const double inside_y = std::clamp(y, 0.0, field.extent.height - 1.0);
+[[nodiscard]] inline float linear_at(const std::vector<float>& values, Extent extent, double x, double y,
+                                     double z = 0.0) {
+  const double inside_x = std::clamp(x, 0.0, extent.width - 1.0);
+  const double inside_y = std::clamp(y, 0.0, extent.height - 1.0);
   const int left = static_cast<int>(inside_x);
   const int top = static_cast<int>(inside_y);
-  const int right = std::min(left + 1, field.extent.width - 1);
-  const int bottom = std::min(top + 1, field.extent.height - 1);
+  const int right = std::min(left + 1, extent.width - 1);
+  const int bottom = std::min(top + 1, extent.height - 1);
   const auto in_slice = [&](int slice) {
-    const auto value = [&](int column, int row) {
-      return double{field.values[field.extent.index(column, row, slice)]};
-    };
+    const auto value = [&](int column, int row) { return double{values[extent.index(column, row, slice)]}; };
     const double upper = std::lerp(value(left, top), value(right, top), inside_x - left);
     const double lower = std::lerp(value(left, bottom), value(right, bottom), inside_x - left);
     return std::lerp(upper, lower, inside_y - top);
   };
-  if (field.extent.depth == 1) {
+  if (extent.depth == 1) {
     return static_cast<float>(in_slice(0));
   }
-  const double inside_z = std::clamp(z, 0.0, field.extent.depth - 1.0);
+  const double inside_z = std::clamp(z, 0.0, extent.depth - 1.0);
   const int front = static_cast<int>(inside_z);
-  const int back = std::min(front + 1, field.extent.depth - 1);
+  const int back = std::min(front + 1, extent.depth - 1);
   return static_cast<float>(std::lerp(in_slice(front), in_slice(back), inside_z - front));
 }
 

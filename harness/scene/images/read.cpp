@@ -104,7 +104,7 @@ Stored read_pixels(const std::filesystem::path& file, const ReadOptions& options
     stored.image.spacing = std::ranges::min(sides);
     std::ranges::transform(sides, stored.aspect.begin(),
                            [&](double side) { return side / stored.image.spacing; });
-    stored.image.oblong = fmt::format("{:g} mm", fmt::join(sides, " mm x "));
+    stored.image.oblong = OblongGrid{extent, spacing, placement};
   }
   for (std::size_t site = 0; site < extent.sites(); ++site) {
     for (ScalarField& component : stored.image.pixels) {
@@ -114,16 +114,14 @@ Stored read_pixels(const std::filesystem::path& file, const ReadOptions& options
   return stored;
 }
 
-using Sampler = float (*)(const ScalarField&, double, double, double);
+using Sampler = float (*)(const std::vector<float>&, Extent, double, double, double);
 
 /// The pixel whose area a finite position lies in, or the nearest one of the border.
-float nearest_at(const ScalarField& field, double x, double y, double z) {
+float nearest_at(const std::vector<float>& values, Extent extent, double x, double y, double z) {
   const auto nearest = [](double position, int count) {
     return static_cast<int>(std::clamp(std::floor(position + 0.5), 0.0, count - 1.0));
   };
-  const Extent extent = field.extent;
-  return field
-      .values[extent.index(nearest(x, extent.width), nearest(y, extent.height), nearest(z, extent.depth))];
+  return values[extent.index(nearest(x, extent.width), nearest(y, extent.height), nearest(z, extent.depth))];
 }
 
 /// Resamples every component to squares or cubes: to `size` of them, if it is given, else where `aspect` is
@@ -153,7 +151,8 @@ void fit(const std::filesystem::path& file, Image<std::vector<ScalarField>>& ima
     if (lengths[0] * lengths[1] * lengths[2] > most_pixels) {
       throw unreadable(file, fmt::format("its pixels are {}, and {:.3g} of the shortest side would fill it, "
                                          "{} are possible; give a size",
-                                         image.oblong, lengths[0] * lengths[1] * lengths[2], most_pixels));
+                                         sides_text(*image.oblong), lengths[0] * lengths[1] * lengths[2],
+                                         most_pixels));
     }
     const auto whole = [](double length) { return static_cast<int>(length + 1e-6); }; // 3 * 0.1 / 0.3 is 1
     size = Extent{whole(lengths[0]), whole(lengths[1]), whole(lengths[2])};
@@ -170,7 +169,7 @@ void fit(const std::filesystem::path& file, Image<std::vector<ScalarField>>& ima
       const double z = from.axes() == 3 ? position(2, slice) : 0.0;
       if (x >= -0.5 && x <= from.width - 0.5 && y >= -0.5 && y <= from.height - 0.5 && z >= -0.5 &&
           z <= from.depth - 0.5) {
-        resampled.values[size->index(column, row, slice)] = sample_at(component, x, y, z);
+        resampled.values[size->index(column, row, slice)] = sample_at(component.values, from, x, y, z);
       } else {
         image.padded = true;
       }
