@@ -115,6 +115,19 @@ CellKinds kinds_of(Extent cells, const RingedGrid& grid, const Prescribed* fine,
   return kinds;
 }
 
+/// Whether two cells that are whole have the same moments.
+bool are_alike(const ElasticLevel& level, std::size_t a, std::size_t b) {
+  const std::size_t sites = level.moments.size() == 1 ? 8 : 1; // that one array has of a cell
+  return std::ranges::all_of(level.moments, [&](const std::vector<float>& values) {
+    bool same = true;
+    for (std::size_t site = 0; site < sites; ++site) {
+      const std::size_t to = level.grid.to_corner(site);
+      same &= values[a + to] == values[b + to];
+    }
+    return same;
+  });
+}
+
 /// The children's matrices between the functions that may move. `prescribed` is null where all may; `kinds`
 /// are empty where all cells are whole.
 CellMatrix galerkin(const ElasticHierarchy& hierarchy, const ElasticLevel& fine, const CellKinds& kinds,
@@ -122,6 +135,8 @@ CellMatrix galerkin(const ElasticHierarchy& hierarchy, const ElasticLevel& fine,
   const std::size_t axes = fine.grid.axes();
   const Extent cells = fine.grid.cells();
   CellMatrix sum(axes);
+  CellMatrix whole(axes);
+  std::optional<std::size_t> made; // the cell that `whole` is the matrix of: children are often alike
   for (std::size_t child = 0; child < std::size_t{1} << axes; ++child) {
     const auto bit = [&](std::size_t axis) { return static_cast<int>(child >> axis & 1); };
     const int i = 2 * x + bit(0);
@@ -139,7 +154,11 @@ CellMatrix galerkin(const ElasticHierarchy& hierarchy, const ElasticLevel& fine,
     const std::size_t cell = cells.index(i, j, k);
     const CellKind kind = kinds.kind.empty() ? CellKind::whole : kinds.kind[cell];
     if (kind == CellKind::whole) {
-      add_galerkin(sum, cell_matrix(fine, at, hierarchy), child, mask);
+      if (!made || !are_alike(fine, *made, at)) {
+        whole = cell_matrix(fine, at, hierarchy);
+      }
+      made = at;
+      add_galerkin(sum, whole, child, mask);
     } else if (kind == CellKind::masked) {
       CellMatrix matrix(axes);
       std::copy_n(fine.masked.matrix(kinds.index[cell]), sum.components * sum.components,

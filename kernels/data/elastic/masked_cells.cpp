@@ -1,54 +1,45 @@
 #include "kernels/data/elastic/masked_cells.hpp"
 
+#include "kernels/specification/language.hpp"
+
 namespace hdmbench {
 
 namespace {
 
-/// The share of a parent's corner in the site at 0, 1 or 2 half cells from its first corner.
-constexpr std::array<std::array<double, 2>, 3> shares{{{1.0, 0.0}, {0.5, 0.5}, {0.0, 1.0}}};
-
+/// Along an axis one corner of a child is one of its parent's, the other lies in the middle of the parent's
+/// edge and hangs on both ends by half: so the child's matrix becomes one between corners of the parent, axis
+/// by axis, its rows and then its columns.
 template <std::size_t axes>
-void add_child(CellMatrix& sum, const CellMatrix& child, std::size_t place, const CellMask& mask) {
-  constexpr std::size_t corners = std::size_t{1} << axes;
-  constexpr std::size_t components = axes * corners;
-  // The corners of the parent that a component of the child hangs on, and its share of each.
-  struct Shares {
-    std::size_t count = 0;
-    std::array<std::size_t, corners> corner;
-    std::array<double, corners> share;
-  };
-  std::array<Shares, components> of;
-  for (std::size_t at = 0; at < components; ++at) {
-    for (std::size_t corner = 0; corner < corners; ++corner) {
-      double share = mask[at];
-      for (std::size_t axis = 0; axis < axes; ++axis) {
-        const auto bit = [&](std::size_t number) { return number >> axis & 1; };
-        share *= shares[bit(place) + bit(at / axes)][bit(corner)];
-      }
-      if (share != 0.0) {
-        of[at].corner[of[at].count] = corner;
-        of[at].share[of[at].count++] = share;
-      }
+void add_child(CellMatrix& sum, CellMatrix child, std::size_t place, const CellMask& mask) {
+  constexpr std::size_t components = axes << axes;
+  double* const values = child.values.data();
+  for (std::size_t row = 0; row < components; ++row) {
+    for (std::size_t column = 0; column < components; ++column) {
+      values[components * row + column] *= mask[row] * mask[column];
     }
   }
-  for (std::size_t at = 0; at < components; ++at) {
-    if (of[at].count == 0) {
-      continue;
-    }
-    std::array<double, components> row{}; // of child * P
-    for (std::size_t other = 0; other < components; ++other) {
-      const double stiffness = child.values[components * at + other];
-      for (std::size_t i = 0; i < of[other].count; ++i) {
-        row[axes * of[other].corner[i] + other % axes] += stiffness * of[other].share[i];
+  const auto along = [&]<int axis>() HDM_INLINED {
+    constexpr std::size_t stride = axes << axis; // components from a corner to the next one along the axis
+    const std::size_t middle = (place >> axis & 1) == 0 ? stride : 0;
+    const std::size_t end = stride - middle;
+    for (std::size_t first = 0; first < components; first += first % stride == stride - 1 ? stride + 1 : 1) {
+      double* const half = values + components * (first + middle);
+      double* const whole = values + components * (first + end);
+      for (std::size_t column = 0; column < components; ++column) {
+        half[column] *= 0.5;
+        whole[column] += half[column];
       }
     }
-    for (std::size_t i = 0; i < of[at].count; ++i) {
-      const double weight = of[at].share[i];
-      double* const to = sum.values.data() + components * (axes * of[at].corner[i] + at % axes);
-      for (std::size_t other = 0; other < components; ++other) {
-        to[other] += weight * row[other];
+    for (std::size_t first = 0; first < components * components; first += 2 * stride) {
+      for (std::size_t i = first; i < first + stride; ++i) {
+        values[i + middle] *= 0.5;
+        values[i + end] += values[i + middle];
       }
     }
+  };
+  language::for_each_axis<axes>(along);
+  for (std::size_t i = 0; i < components * components; ++i) {
+    sum.values[i] += values[i];
   }
 }
 

@@ -1,8 +1,8 @@
 #include "kernels/data/elastic/set_up.hpp"
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
+#include <utility>
 
 /// The cells of volumes: moments, and how sites respond. Loops go over `lanes` cells side by side.
 namespace hdmbench {
@@ -21,6 +21,26 @@ constexpr std::array<std::size_t, 7> odd_places{1, 3, 9, 4, 10, 12, 13};
 
 /// Of cells side by side, one more than lanes: what is between sites.
 using CellRow = std::array<std::array<float, lanes + 1>, monomials>;
+
+/// The same moments as members.
+constexpr std::array<float VolumeInFloat::CellMoments::*, moment_count> members = [] {
+  using Cell = VolumeInFloat::CellMoments;
+  return std::array{&Cell::m,    &Cell::r,    &Cell::s,    &Cell::t,    &Cell::rr,  &Cell::ss,
+                    &Cell::tt,   &Cell::rs,   &Cell::rt,   &Cell::st,   &Cell::rrs, &Cell::rrt,
+                    &Cell::rss,  &Cell::sst,  &Cell::rtt,  &Cell::stt,  &Cell::rst, &Cell::rrst,
+                    &Cell::rsst, &Cell::rstt, &Cell::rrss, &Cell::rrtt, &Cell::sstt};
+}();
+
+/// Sets the moments of one cell of the image from the moduli of its corners. A function of its own, so that
+/// the loop over cells becomes one of vectors.
+HDM_FUNCTION void set_image_cell(CellRow& to, const std::array<const float*, 8>& corners, int i, int step) {
+  const auto cell = VolumeInFloat::image_cell(
+      VolumeInFloat::corners_of([&](std::size_t corner) HDM_INLINED { return corners[corner][i * step]; }));
+  const auto set = [&]<std::size_t... number>(std::index_sequence<number...>) HDM_INLINED {
+    ((to[place_of_moment[number]][static_cast<std::size_t>(i)] = cell.*members[number]), ...);
+  };
+  set(std::make_index_sequence<moment_count>());
+}
 
 /// The cells x, x + step, ... of row (y, z); 0 where there are none. Of 16 cells and a 17th where step is 1.
 void read_cells(const ElasticLevel& level, int x, int step, int y, int z, CellRow& to) {
@@ -45,12 +65,13 @@ void read_cells(const ElasticLevel& level, int x, int step, int y, int z, CellRo
     }
     return;
   }
+  std::array<const float*, 8> corners;
+  for (std::size_t corner = 0; corner < 8; ++corner) {
+    corners[corner] = level.moments[0].data() + at + x + level.grid.to_corner(corner);
+  }
+#pragma omp simd
   for (int i = first; i < last; ++i) {
-    const auto cell = std::bit_cast<std::array<float, moment_count>>(
-        level.cell<VolumeInFloat>(at + static_cast<std::size_t>(x + i * step)));
-    for (std::size_t number = 0; number < moment_count; ++number) {
-      to[place_of_moment[number]][static_cast<std::size_t>(i)] = cell[number];
-    }
+    set_image_cell(to, corners, i, step);
   }
 }
 
@@ -101,42 +122,46 @@ float one_modulus(const ElasticLevel& image, int x, int y, int z) {
 /// The stiffness of sites side by side: symmetric_entry() of 3 x 3.
 using Stiffness = std::array<std::array<float, lanes>, 6>;
 
-/// Adds what the cells do to their corners at (a, b, c), each -1 or +1; cell i + shift belongs to site i.
+/// Adds what cell i + shift does to its corner at (a, b, c), each -1 or +1, which is site i. A function of
+/// its own, so that the loop over sites becomes one of vectors.
+HDM_FUNCTION void add_corner(Stiffness& sum, const CellRow& cells, std::size_t i, std::size_t shift, float a,
+                             float b, float c, float lame) {
+  const auto cell = [&](std::size_t p, std::size_t q, std::size_t r)
+                        HDM_INLINED { return cells[p + 3 * q + 9 * r][i + shift]; };
+  // Means of modulus * (1 + b s)^2 (1 + c t)^2 and so on.
+  const auto square = [](const auto& m, float first, float second) HDM_INLINED {
+    return (m(0, 0) + 2.0F * first * m(1, 0) + m(2, 0)) +
+           2.0F * second * (m(0, 1) + 2.0F * first * m(1, 1) + m(2, 1)) +
+           (m(0, 2) + 2.0F * first * m(1, 2) + m(2, 2));
+  };
+  // Of modulus * (a + r) (b + s) (1 + c t)^2 and so on.
+  const auto across = [](const auto& m, float first, float second, float third) HDM_INLINED {
+    const auto of = [&](std::size_t power) HDM_INLINED {
+      return m(0, 0, power) + first * m(1, 0, power) + second * (m(0, 1, power) + first * m(1, 1, power));
+    };
+    return first * second * ((of(0) + 2.0F * third * of(1)) + of(2));
+  };
+  const float xx = square([&](std::size_t p, std::size_t q) HDM_INLINED { return cell(0, p, q); }, b, c);
+  const float yy = square([&](std::size_t p, std::size_t q) HDM_INLINED { return cell(p, 0, q); }, a, c);
+  const float zz = square([&](std::size_t p, std::size_t q) HDM_INLINED { return cell(p, q, 0); }, a, b);
+  const float xy = across(cell, a, b, c);
+  const float xz =
+      across([&](std::size_t p, std::size_t q, std::size_t r) HDM_INLINED { return cell(p, r, q); }, a, c, b);
+  const float yz =
+      across([&](std::size_t p, std::size_t q, std::size_t r) HDM_INLINED { return cell(r, p, q); }, b, c, a);
+  sum[0][i] += (2.0F + lame) * xx + (yy + zz);
+  sum[1][i] += (1.0F + lame) * xy;
+  sum[2][i] += (1.0F + lame) * xz;
+  sum[3][i] += (2.0F + lame) * yy + (xx + zz);
+  sum[4][i] += (1.0F + lame) * yz;
+  sum[5][i] += (2.0F + lame) * zz + (xx + yy);
+}
+
 void add_corners(Stiffness& sum, const CellRow& cells, std::size_t shift, float a, float b, float c,
                  float lame) {
-  const auto cell = [&](std::size_t i, std::size_t p, std::size_t q, std::size_t r) {
-    return cells[p + 3 * q + 9 * r][i + shift];
-  };
 #pragma omp simd
   for (std::size_t i = 0; i < lanes; ++i) {
-    // Means of modulus * (1 + b s)^2 (1 + c t)^2 and so on.
-    const auto square = [&](const auto& m, float first, float second) {
-      return (m(0, 0) + 2.0F * first * m(1, 0) + m(2, 0)) +
-             2.0F * second * (m(0, 1) + 2.0F * first * m(1, 1) + m(2, 1)) +
-             (m(0, 2) + 2.0F * first * m(1, 2) + m(2, 2));
-    };
-    // Of modulus * (a + r) (b + s) (1 + c t)^2 and so on.
-    const auto across = [&](const auto& m, float first, float second, float third) {
-      const auto of = [&](std::size_t power) {
-        return m(0, 0, power) + first * m(1, 0, power) + second * (m(0, 1, power) + first * m(1, 1, power));
-      };
-      return first * second * ((of(0) + 2.0F * third * of(1)) + of(2));
-    };
-    const float xx = square([&](std::size_t p, std::size_t q) { return cell(i, 0, p, q); }, b, c);
-    const float yy = square([&](std::size_t p, std::size_t q) { return cell(i, p, 0, q); }, a, c);
-    const float zz = square([&](std::size_t p, std::size_t q) { return cell(i, p, q, 0); }, a, b);
-    const float xy =
-        across([&](std::size_t p, std::size_t q, std::size_t r) { return cell(i, p, q, r); }, a, b, c);
-    const float xz =
-        across([&](std::size_t p, std::size_t q, std::size_t r) { return cell(i, p, r, q); }, a, c, b);
-    const float yz =
-        across([&](std::size_t p, std::size_t q, std::size_t r) { return cell(i, r, p, q); }, b, c, a);
-    sum[0][i] += (2.0F + lame) * xx + (yy + zz);
-    sum[1][i] += (1.0F + lame) * xy;
-    sum[2][i] += (1.0F + lame) * xz;
-    sum[3][i] += (2.0F + lame) * yy + (xx + zz);
-    sum[4][i] += (1.0F + lame) * yz;
-    sum[5][i] += (2.0F + lame) * zz + (xx + yy);
+    add_corner(sum, cells, i, shift, a, b, c, lame);
   }
 }
 
