@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <numeric>
 #include <string>
 
 namespace hdmbench {
@@ -51,53 +52,69 @@ Eigen::MatrixXd strain_matrix(std::size_t axes, const Point& point) {
   return strain;
 }
 
-/// call(components, stiffness) for every element: those of its nodes as numbers of components of all sites,
-/// and the matrix between them, which is one per node for modulus 1 near that node, times the modulus.
-template <typename Call>
-void for_each_element(const ElasticProblem& problem, const ElementRule& rule, Call&& call) {
-  const Extent extent = problem.extent;
-  const std::size_t axes = extent.axes();
-  const std::size_t nodes = std::size_t{1} << axes;
-  const Eigen::Index size = as_index(axes * nodes);
-  std::vector<ElementMatrix> per_node(nodes, ElementMatrix::Zero(size, size));
-  for (const QuadraturePoint& point : rule.points) {
-    const Eigen::MatrixXd strain = strain_matrix(axes, point.at);
-    // The area or volume of an element is 1, that of the unit coordinates is the number of nodes.
-    per_node[point.node] +=
-        point.weight / static_cast<double>(nodes) * strain.transpose() * rule.elasticity * strain;
+/// The elements between sites, each with the matrix between the components of its nodes.
+class Elements {
+public:
+  Elements(const ElasticProblem& problem, const ElementRule& rule)
+      : problem_(problem), nodes_(std::size_t{1} << problem.extent.axes()),
+        size_(as_index(problem.extent.axes() * nodes_)), of_one_(ElementMatrix::Zero(size_, size_)),
+        per_node_(nodes_, of_one_) {
+    for (const QuadraturePoint& point : rule.points) {
+      const Eigen::MatrixXd strain = strain_matrix(problem.extent.axes(), point.at);
+      // The area or volume of an element is 1, that of the unit coordinates is the number of nodes.
+      per_node_[point.node] +=
+          point.weight / static_cast<double>(nodes_) * strain.transpose() * rule.elasticity * strain;
+    }
+    for (const ElementMatrix& part : per_node_) {
+      of_one_ += part;
+    }
   }
-  ElementMatrix of_one = ElementMatrix::Zero(size, size); // modulus
-  for (const ElementMatrix& part : per_node) {
-    of_one += part;
-  }
-  std::vector<std::size_t> components(axes * nodes);
-  ElementMatrix stiffness(size, size);
-  for (int z = 0; z + 1 < std::max(2, extent.depth); ++z) {
+
+  /// Between two slices of a volume; of an image there is one layer.
+  [[nodiscard]] int layers() const { return std::max(1, problem_.extent.depth - 1); }
+
+  /// call(components, stiffness) for every element of a layer: those of its nodes as numbers of components of
+  /// all sites, and the matrix between them.
+  template <typename Call>
+  void for_each_of(int layer, const Call& call) const {
+    const Extent extent = problem_.extent;
+    const std::size_t axes = extent.axes();
+    std::vector<std::size_t> components(axes * nodes_);
+    ElementMatrix stiffness(size_, size_);
+    double modulus = 0.0; // that `stiffness` is of; 0: of several
     for (int y = 0; y + 1 < extent.height; ++y) {
       for (int x = 0; x + 1 < extent.width; ++x) {
-        const double first = problem.modulus[extent.index(x, y, z)];
+        const double first = problem_.modulus[extent.index(x, y, layer)];
         bool is_uniform = true;
-        for (std::size_t node = 0; node < nodes; ++node) {
+        for (std::size_t node = 0; node < nodes_; ++node) {
           const auto bit = [node](std::size_t axis) { return static_cast<int>(node >> axis & 1); };
-          const std::size_t site = extent.index(x + bit(0), y + bit(1), z + bit(2));
+          const std::size_t site = extent.index(x + bit(0), y + bit(1), layer + bit(2));
           for (std::size_t axis = 0; axis < axes; ++axis) {
             components[axes * node + axis] = axes * site + axis;
           }
-          is_uniform &= problem.modulus[site] == first;
+          is_uniform &= problem_.modulus[site] == first;
         }
-        if (is_uniform) {
-          stiffness = first * of_one;
-        } else {
+        if (!is_uniform) {
           stiffness.setZero();
-          for (std::size_t node = 0; node < nodes; ++node) {
-            stiffness += problem.modulus[components[axes * node] / axes] * per_node[node];
+          for (std::size_t node = 0; node < nodes_; ++node) {
+            stiffness += problem_.modulus[components[axes * node] / axes] * per_node_[node];
           }
+        } else if (first != modulus) {
+          stiffness = first * of_one_;
         }
+        modulus = is_uniform ? first : 0.0;
         call(components, stiffness);
       }
     }
   }
-}
+
+private:
+  const ElasticProblem& problem_;
+  std::size_t nodes_;
+  Eigen::Index size_;
+  ElementMatrix of_one_;                ///< with modulus 1
+  std::vector<ElementMatrix> per_node_; ///< with modulus 1 near one node and 0 else
+};
 
 void check_material(const ElasticProblem& problem) {
   const Extent extent = problem.extent;
@@ -280,21 +297,24 @@ ElasticSystem assemble(const ElasticProblem& problem, const ElementRule& rule) {
   system.right_side = Eigen::VectorXd::Zero(count);
   std::vector<Eigen::Triplet<double, std::int32_t>> entries;
   entries.reserve((axes == 2 ? 36 : 300) * problem.extent.sites());
-  for_each_element(problem, rule,
-                   [&](const std::vector<std::size_t>& components, const ElementMatrix& element) {
-                     for (std::size_t i = 0; i < components.size(); ++i) {
-                       const std::int32_t row = system.unknown[components[i]];
-                       for (std::size_t j = 0; j < components.size() && row >= 0; ++j) {
-                         const std::int32_t column = system.unknown[components[j]];
-                         const double stiffness = element(as_index(i), as_index(j));
-                         if (column < 0) {
-                           system.right_side[row] -= stiffness * component(problem.prescribed, components[j]);
-                         } else if (row >= column) {
-                           entries.emplace_back(row, column, stiffness);
-                         }
-                       }
-                     }
-                   });
+  const Elements elements(problem, rule);
+  const auto add = [&](const std::vector<std::size_t>& components, const ElementMatrix& element) {
+    for (std::size_t i = 0; i < components.size(); ++i) {
+      const std::int32_t row = system.unknown[components[i]];
+      for (std::size_t j = 0; j < components.size() && row >= 0; ++j) {
+        const std::int32_t column = system.unknown[components[j]];
+        const double stiffness = element(as_index(i), as_index(j));
+        if (column < 0) {
+          system.right_side[row] -= stiffness * component(problem.prescribed, components[j]);
+        } else if (row >= column) {
+          entries.emplace_back(row, column, stiffness);
+        }
+      }
+    }
+  };
+  for (int layer = 0; layer < elements.layers(); ++layer) {
+    elements.for_each_of(layer, add);
+  }
   for (std::size_t i = 0; i < system.unknown.size(); ++i) {
     const std::int32_t at = system.unknown[i];
     if (at >= 0 && !problem.force[0].empty()) {
@@ -332,14 +352,21 @@ ReferenceField solve_finite_elements(const ElasticProblem& problem, const Elemen
 
 double elastic_energy(const ElasticProblem& problem, const ElementRule& rule,
                       const ReferenceField& displacement) {
-  double sum = 0.0;
-  for_each_element(
-      problem, rule, [&](const std::vector<std::size_t>& components, const ElementMatrix& element) {
-        ElementVector values(element.rows());
-        std::ranges::transform(components, values.begin(),
-                               [&](std::size_t index) { return component(displacement, index); });
-        sum += values.dot(element * values);
-      });
+  const Elements elements(problem, rule);
+  std::vector<double> of_layers(static_cast<std::size_t>(elements.layers()));
+#pragma omp parallel for if (problem.extent.sites() > sites_worth_threads)
+  for (int layer = 0; layer < elements.layers(); ++layer) {
+    double sum = 0.0;
+    elements.for_each_of(
+        layer, [&](const std::vector<std::size_t>& components, const ElementMatrix& element) {
+          ElementVector values(element.rows());
+          std::ranges::transform(components, values.begin(),
+                                 [&](std::size_t index) { return component(displacement, index); });
+          sum += values.dot(element * values);
+        });
+    of_layers[static_cast<std::size_t>(layer)] = sum;
+  }
+  double sum = std::accumulate(of_layers.begin(), of_layers.end(), 0.0);
   if (!problem.spring[0].empty()) {
     const std::size_t axes = problem.extent.axes();
     for (std::size_t i = 0; i < axes * problem.extent.sites(); ++i) {

@@ -44,13 +44,18 @@ ScalarField least_area_ratios(const VectorField& displacement) {
     return {};
   }
   ScalarField ratios({extent.width - 1, extent.height - 1, std::max(1, extent.depth - 1)});
-  for_each_site(ratios.extent, [&](int x, int y, int z) {
-    double least = std::numeric_limits<double>::infinity();
-    for (unsigned corner = 0; corner < 1U << extent.axes(); ++corner) {
-      least = std::min(least, content_ratio(displacement, corner_of(extent, corner, x, y, z), corner));
+#pragma omp parallel for if (extent.sites() > sites_worth_threads)
+  for (int row = 0; row < ratios.extent.rows(); ++row) {
+    for (int x = 0; x < ratios.extent.width; ++x) {
+      double least = std::numeric_limits<double>::infinity();
+      for (unsigned corner = 0; corner < 1U << extent.axes(); ++corner) {
+        const std::size_t site =
+            corner_of(extent, corner, x, row % ratios.extent.height, row / ratios.extent.height);
+        least = std::min(least, content_ratio(displacement, site, corner));
+      }
+      ratios.values[ratios.extent.index(x, row)] = static_cast<float>(least);
     }
-    ratios.values[ratios.extent.index(x, y, z)] = static_cast<float>(least);
-  });
+  }
   return ratios;
 }
 

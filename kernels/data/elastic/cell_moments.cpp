@@ -4,9 +4,11 @@
 
 namespace hdmbench {
 
+namespace {
+
 template <typename InDouble>
-CellMatrix matrix_of(const typename InDouble::CellMoments& moments, const typename InDouble::Ratios& ratio) {
-  CellMatrix matrix(InDouble::axes);
+HDM_FUNCTION void set_matrix(CellMatrix& matrix, const typename InDouble::CellMoments& moments,
+                             const typename InDouble::Ratios& ratio) {
   constexpr std::size_t components = InDouble::axes << InDouble::axes;
 #pragma omp simd
   for (std::size_t column = 0; column < components; ++column) {
@@ -21,10 +23,22 @@ CellMatrix matrix_of(const typename InDouble::CellMoments& moments, const typena
       matrix.values[components * row + column] = -force;
     });
   }
+}
+
+} // namespace
+
+HDM_WIDE_VECTORS CellMatrix matrix_of(const ElasticVolume<double>::CellMoments& moments,
+                                      const Elastic<double>::Ratios& ratio) {
+  CellMatrix matrix(3);
+  set_matrix<ElasticVolume<double>>(matrix, moments, ratio);
   return matrix;
 }
-template CellMatrix matrix_of<ElasticVolume<double>>(const ElasticVolume<double>::CellMoments& moments,
-                                                     const Elastic<double>::Ratios& ratio);
+
+CellMatrix matrix_of(const Elastic<double>::CellMoments& moments, const Elastic<double>::Ratios& ratio) {
+  CellMatrix matrix(2);
+  set_matrix<Elastic<double>>(matrix, moments, ratio);
+  return matrix;
+}
 
 namespace {
 
@@ -122,9 +136,8 @@ CellMatrix matrix_at(const ElasticLevel& level, std::size_t index, const InFloat
   using InDouble = Arithmetic<double>;
   const auto moments =
       std::bit_cast<std::array<float, InDouble::moments>>(level.template cell<Arithmetic<float>>(index));
-  return matrix_of<InDouble>(
-      InDouble::moments_of([&](std::size_t number) { return double{moments[number]}; }),
-      {{ratio.nu, ratio.shear}, ratio.lame});
+  return matrix_of(InDouble::moments_of([&](std::size_t number) { return double{moments[number]}; }),
+                   {{ratio.nu, ratio.shear}, ratio.lame});
 }
 
 } // namespace

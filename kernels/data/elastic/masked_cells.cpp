@@ -10,7 +10,7 @@ namespace {
 /// edge and hangs on both ends by half: so the child's matrix becomes one between corners of the parent, axis
 /// by axis, its rows and then its columns.
 template <std::size_t axes>
-void add_child(CellMatrix& sum, CellMatrix child, std::size_t place, const CellMask& mask) {
+HDM_FUNCTION void add_child(CellMatrix& sum, CellMatrix child, std::size_t place, const CellMask& mask) {
   constexpr std::size_t components = axes << axes;
   double* const values = child.values.data();
   for (std::size_t row = 0; row < components; ++row) {
@@ -45,7 +45,8 @@ void add_child(CellMatrix& sum, CellMatrix child, std::size_t place, const CellM
 
 } // namespace
 
-void add_galerkin(CellMatrix& sum, const CellMatrix& child, std::size_t place, const CellMask& mask) {
+HDM_WIDE_VECTORS void add_galerkin(CellMatrix& sum, const CellMatrix& child, std::size_t place,
+                                   const CellMask& mask) {
   sum.axes == 2 ? add_child<2>(sum, child, place, mask) : add_child<3>(sum, child, place, mask);
 }
 

@@ -52,10 +52,11 @@ void set_volume_response(ElasticLevel& level, const VolumeRelaxation& relaxation
 /// these, which lies where their response will.
 void add_masked_cells(ElasticLevel& level, int y, int z, float weight);
 
-/// The matrix of a cell; `InDouble` is Elastic<double> or ElasticVolume<double>.
-template <typename InDouble>
-[[nodiscard]] CellMatrix matrix_of(const typename InDouble::CellMoments& moments,
-                                   const typename InDouble::Ratios& ratio);
+/// The matrix of a cell of an image, or of a volume.
+[[nodiscard]] CellMatrix matrix_of(const Elastic<double>::CellMoments& moments,
+                                   const Elastic<double>::Ratios& ratio);
+[[nodiscard]] CellMatrix matrix_of(const ElasticVolume<double>::CellMoments& moments,
+                                   const Elastic<double>::Ratios& ratio);
 
 /// Of a cell that is not masked. `index` of the grid.
 [[nodiscard]] CellMatrix cell_matrix(const ElasticLevel& level, std::size_t index,

@@ -157,8 +157,8 @@ HDM_FUNCTION void add_corner(Stiffness& sum, const CellRow& cells, std::size_t i
   sum[5][i] += (2.0F + lame) * zz + (xx + yy);
 }
 
-void add_corners(Stiffness& sum, const CellRow& cells, std::size_t shift, float a, float b, float c,
-                 float lame) {
+HDM_WIDE_VECTORS void add_corners(Stiffness& sum, const CellRow& cells, std::size_t shift, float a, float b,
+                                  float c, float lame) {
 #pragma omp simd
   for (std::size_t i = 0; i < lanes; ++i) {
     add_corner(sum, cells, i, shift, a, b, c, lame);
@@ -240,7 +240,7 @@ std::array<Real, 6> inverse_of(std::array<Real, 6> a) {
 /// in blocks of a corner. No sweep over many cells has a larger one.
 double largest_eigenvalue(const std::array<double, 8>& moduli, const Elastic<double>::Ratios& ratio) {
   using InDouble = ElasticVolume<double>;
-  const CellMatrix matrix = matrix_of<InDouble>(
+  const CellMatrix matrix = matrix_of(
       InDouble::image_cell(InDouble::corners_of([&](std::size_t corner) { return moduli[corner]; })), ratio);
   std::array<std::array<double, 6>, 8> inverse;
   for (std::size_t corner = 0; corner < 8; ++corner) {
