@@ -255,7 +255,7 @@ TEST(ItkFilterRefusals, HaveAReason) {
        [](auto& p) { p.confidence->GetBufferPointer()[5][1] = 1.5F; }},
       {"the input Labels has [41, 29] pixels", lay_labels({}, {41, 29})},
       {"same physical space", lay_labels({.spacing = 2.0}, {41, 30})},
-      {"the pixels are 1 x 1.1, they must be square", of_all_images([](auto& image) {
+      {"the pixels are [1, 1.1], they must be square", of_all_images([](auto& image) {
          image.SetSpacing(std::array{1.0, 1.1}.data());
        })},
       {"not orthonormal", of_all_images([=](auto& image) { image.SetDirection(sheared); })},
@@ -300,6 +300,58 @@ TEST(ItkFilterGeometry, PhysicalUnitsAndAxesAreConverted) {
     const Pipeline pipeline(extent);
     EXPECT_SAME_BITS(test::solved(pipeline.scene).displacement, pipeline.result()) << extent.width;
   }
+}
+
+/// Turned by quarters, which rounds nothing: columns of the volume lie along z, rows along x, slices along
+/// -y.
+TEST(ItkFilterGeometry, VolumesAreSolved) {
+  using VolumeFilter = itk::HDMRegularizationFilter<itk::Image<itk::Vector<float, 3>, 3>>;
+  Scene scene = two_tissues({12, 9, 7});
+  use_elastic(scene);
+  const auto allocate = [&](auto image, int slices = 7) {
+    image->SetRegions(itk::Size<3>{12, 9, static_cast<itk::SizeValueType>(slices)});
+    image->SetSpacing(std::array{2.0, 2.0, 2.0}.data());
+    itk::Matrix<double, 3, 3> direction;
+    direction(2, 0) = direction(0, 1) = 1.0;
+    direction(1, 2) = -1.0;
+    image->SetDirection(direction);
+    image->Allocate(true);
+    return image;
+  };
+  const auto moduli = allocate(VolumeFilter::ModulusImageType::New());
+  const auto observation = allocate(VolumeFilter::DisplacementFieldType::New());
+  const auto confidence = allocate(VolumeFilter::ConfidenceImageType::New());
+  for (std::size_t site = 0; site < scene.extent().sites(); ++site) {
+    const auto& target = scene.full.target;
+    moduli->GetBufferPointer()[site] = scene.full.modulus.values[site];
+    observation->GetBufferPointer()[site] =
+        std::array{2.0F * target[1][site], -2.0F * target[2][site], 2.0F * target[0][site]}.data();
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      confidence->GetBufferPointer()[site][axis] = scene.full.confidence[axis][site];
+    }
+  }
+  const auto filter = VolumeFilter::New();
+  filter->SetInput(allocate(VolumeFilter::DisplacementFieldType::New()));
+  filter->SetModulusImage(moduli);
+  filter->SetObservationImage(observation);
+  filter->SetConfidenceImage(confidence);
+  filter->SetEnergy("elastic");
+  filter->SetPoissonRatio(0.2);
+  filter->SetNumberOfIterations(9);
+  filter->Update();
+  const VectorField expected = test::solved(scene).displacement;
+  for (std::size_t site = 0; site < scene.extent().sites(); ++site) {
+    const auto& found = filter->GetOutput()->GetBufferPointer()[site];
+    EXPECT_EQ(found[0], 2.0F * expected[1][site]);
+    EXPECT_EQ(found[1], -2.0F * expected[2][site]);
+    EXPECT_EQ(found[2], 2.0F * expected[0][site]);
+  }
+  EXPECT_GT(largest_magnitude(expected), 1.0);
+  const auto flat = VolumeFilter::New();
+  flat->SetInput(allocate(VolumeFilter::DisplacementFieldType::New(), 1));
+  flat->SetModulusImage(allocate(VolumeFilter::ModulusImageType::New(), 1));
+  EXPECT_THAT([&] { flat->Update(); },
+              testing::ThrowsMessage<itk::ExceptionObject>(HasSubstr("one slice is")));
 }
 
 /// Oblique: 12 degrees about the third axis, then 30 about the first; one axis is flipped.

@@ -30,14 +30,14 @@ namespace itk {
  *
  * The input is the field to begin with, the output the regularised one. Both, and the observation, hold
  * physical displacements, as ITK's convention is: in the unit of the spacing (millimetres), along the
- * physical axes, and forward: tissue at x moves to x + d(x). Pixels must be square, axes orthogonal; the
- * direction may be any.
+ * physical axes, and forward: tissue at x moves to x + d(x). Images and volumes; pixels must be square, or
+ * voxels cubes, and axes orthogonal; the direction may be any.
  *
  * What the tissue is made of comes either from SetLabels() with SetModulus() for every label that occurs, or
  * from SetModulusImage(). What is known of the displacement comes from SetObservationImage() and
  * SetConfidenceImage(), both or none: the confidence, 0 (unknown) ... 1, has one component for the
- * displacement along the image's rows and one for that along its columns, whatever the direction. All images
- * have the same pixels.
+ * displacement along the image's rows, one for that along its columns and, of a volume, one through its
+ * slices, whatever the direction. All images have the same pixels.
  *
  * The whole image is computed at once. Every level of the pyramid ends with a ProgressEvent, after which
  * AbortGenerateData is honoured. Where the input, a parameter or the device is not fit for the computation,
@@ -46,7 +46,7 @@ namespace itk {
  * CPU backends use as many threads as the filter's MultiThreader may.
  */
 template <typename TDisplacementField = Image<Vector<float, 2>, 2>,
-          typename TLabelImage = Image<unsigned char, 2>>
+          typename TLabelImage = Image<unsigned char, TDisplacementField::ImageDimension>>
 class HDMRegularizationFilter : public ImageToImageFilter<TDisplacementField, TDisplacementField> {
 public:
   ITK_DISALLOW_COPY_AND_MOVE(HDMRegularizationFilter);
@@ -65,12 +65,13 @@ public:
   using DisplacementType = typename TDisplacementField::PixelType;
   using LabelImageType = TLabelImage;
   using LabelType = typename TLabelImage::PixelType;
-  using ModulusImageType = Image<float, 2>;
-  using ConfidenceImageType = Image<Vector<float, 2>, 2>;
-  static_assert(TDisplacementField::ImageDimension == 2 && DisplacementType::Dimension == 2,
-                "the displacement field is a 2-D image of 2-vectors");
-  static_assert(TLabelImage::ImageDimension == 2 && std::is_integral_v<LabelType>,
-                "the labels are a 2-D image of integers");
+  static constexpr unsigned Dimension = TDisplacementField::ImageDimension;
+  using ModulusImageType = Image<float, Dimension>;
+  using ConfidenceImageType = Image<Vector<float, Dimension>, Dimension>;
+  static_assert((Dimension == 2 || Dimension == 3) && DisplacementType::Dimension == Dimension,
+                "the displacement field is a 2-D image of 2-vectors, or a 3-D image of 3-vectors");
+  static_assert(TLabelImage::ImageDimension == Dimension && std::is_integral_v<LabelType>,
+                "the labels are an image of integers, of the same dimension");
 
   /** Which tissue. */
   itkSetInputMacro(Labels, LabelImageType);
@@ -98,12 +99,12 @@ public:
   itkGetInputMacro(ConfidenceImage, ConfidenceImageType);
 
   /** What the field minimises, by the name that scene files use: "hdm" (the thesis; default) or "elastic",
-   * the strain energy of plane stress, as finite elements do. The latter begins with the observation, not
-   * with the input, prescribes a component where its confidence is 1 and pulls at it by a spring where it is
-   * below, and has no use for Penalty. */
+   * the strain energy of plane stress, or of a volume, as finite elements do. The latter begins with the
+   * observation, not with the input, prescribes a component where its confidence is 1 and pulls at it by a
+   * spring where it is below, and has no use for Penalty. */
   itkSetStringMacro(Energy);
   itkGetStringMacro(Energy);
-  /** Of all tissues, above -1 and at most 0.5; of the elastic energy. Default 0.3. */
+  /** Of all tissues, above -1 and at most 0.5, of a volume below it; of the elastic energy. Default 0.3. */
   itkSetMacro(PoissonRatio, double);
   itkGetConstMacro(PoissonRatio, double);
   /** Per level. Of the elastic energy: steps of conjugate gradients at most; they end where only rounding is
@@ -172,7 +173,8 @@ protected:
     const auto* const field = this->GetInput();
     const auto region = field->GetLargestPossibleRegion();
     for (const auto& name : this->GetInputNames()) {
-      const auto* const image = dynamic_cast<const ImageBase<2>*>(this->ProcessObject::GetInput(name));
+      const auto* const image =
+          dynamic_cast<const ImageBase<Dimension>*>(this->ProcessObject::GetInput(name));
       if (image != nullptr && image->GetLargestPossibleRegion() != region) {
         itkExceptionMacro(<< "the input " << name << " has " << image->GetLargestPossibleRegion().GetSize()
                           << " pixels from index " << image->GetLargestPossibleRegion().GetIndex()
@@ -181,14 +183,18 @@ protected:
       }
     }
     const auto spacing = field->GetSpacing();
-    if (!(std::abs(spacing[0] - spacing[1]) <= SquareTolerance * spacing[0])) {
-      itkExceptionMacro(<< "the pixels are " << spacing[0] << " x " << spacing[1]
-                        << ", they must be square: resample the images");
-    }
     const auto& direction = field->GetDirection();
     auto rest = direction.GetVnlMatrix().transpose() * direction.GetVnlMatrix();
-    rest(0, 0) -= 1.0;
-    rest(1, 1) -= 1.0;
+    for (unsigned axis = 0; axis < Dimension; ++axis) {
+      if (!(std::abs(spacing[0] - spacing[axis]) <= SquareTolerance * spacing[0])) {
+        itkExceptionMacro(<< "the pixels are " << spacing << ", they must be square: resample the images");
+      }
+      if (Dimension == 3 && region.GetSize(axis) < 2) {
+        itkExceptionMacro(<< "a volume of " << region.GetSize()
+                          << " is not possible, each side must be at least 2; one slice is a 2-D image");
+      }
+      rest(axis, axis) -= 1.0;
+    }
     if (!(rest.absolute_value_max() <= OrthogonalityTolerance)) {
       itkExceptionMacro(<< "the image's direction is not orthonormal, so its pixels are not square:\n"
                         << direction);
@@ -261,18 +267,22 @@ private:
   template <typename TImage>
   static hdmbench::Extent ExtentOf(const TImage& image) {
     const auto size = image.GetLargestPossibleRegion().GetSize();
-    return {static_cast<int>(size[0]), static_cast<int>(size[1])};
+    return {static_cast<int>(size[0]), static_cast<int>(size[1]),
+            Dimension == 3 ? static_cast<int>(size[Dimension - 1]) : 1};
   }
 
-  /** Along rows and columns, in pixels. The direction is orthonormal: its inverse is its transpose, which for
-   * unrotated images is exact. */
+  /** Along rows, columns and slices, in pixels. The direction is orthonormal: its inverse is its transpose,
+   * which for unrotated images is exact. */
   hdmbench::VectorField ToPixels(const DisplacementFieldType& field) const {
     const auto& direction = this->GetInput()->GetDirection();
     const double spacing = this->GetInput()->GetSpacing()[0];
     hdmbench::VectorField pixels(ExtentOf(field));
     ForEachPixel(field, [&](std::size_t site, const DisplacementType& physical) {
-      for (unsigned axis = 0; axis < 2; ++axis) {
-        const double along = direction(0, axis) * physical[0] + direction(1, axis) * physical[1];
+      for (unsigned axis = 0; axis < Dimension; ++axis) {
+        double along = 0.0;
+        for (unsigned i = 0; i < Dimension; ++i) {
+          along += direction(i, axis) * physical[i];
+        }
         pixels[axis][site] = static_cast<float>(along / spacing);
       }
     });
@@ -286,9 +296,11 @@ private:
     ImageRegionIterator<DisplacementFieldType> pixel(&field, field.GetLargestPossibleRegion());
     for (std::size_t site = 0; !pixel.IsAtEnd(); ++pixel, ++site) {
       DisplacementType physical;
-      for (unsigned axis = 0; axis < 2; ++axis) {
-        const double along =
-            direction(axis, 0) * displacement[0][site] + direction(axis, 1) * displacement[1][site];
+      for (unsigned axis = 0; axis < Dimension; ++axis) {
+        double along = 0.0;
+        for (unsigned i = 0; i < Dimension; ++i) {
+          along += direction(axis, i) * displacement[i][site];
+        }
         physical[axis] = static_cast<ComponentType>(along * spacing);
       }
       pixel.Set(physical);
@@ -308,8 +320,9 @@ private:
     if (const auto* const confidence = this->GetConfidenceImage()) {
       full.target = this->ToPixels(*this->GetObservationImage());
       ForEachPixel(*confidence, [&](std::size_t site, const auto& value) {
-        full.confidence[0][site] = value[0];
-        full.confidence[1][site] = value[1];
+        for (unsigned axis = 0; axis < Dimension; ++axis) {
+          full.confidence[axis][site] = value[axis];
+        }
       });
     }
     full.modulus = hdmbench::ScalarField(extent);
