@@ -6,9 +6,6 @@ namespace hdmbench {
 
 namespace {
 
-/// A sampled image has more sites a side than this.
-constexpr int fewest_sites = 16;
-
 /// The pixels of an axis that a sampled site stands for: first ... last, of the outer two a part only.
 struct Share {
   int first = 0;
@@ -25,7 +22,7 @@ struct Share {
 };
 
 std::vector<Share> shares(int sites, int pixels) {
-  const double cell = static_cast<double>(pixels - 1) / std::max(sites - 1, 1);
+  const double cell = sites > 1 ? static_cast<double>(pixels - 1) / (sites - 1) : pixels;
   std::vector<Share> result;
   for (int i = 0; i < sites; ++i) { // pixel p covers p - 0.5 ... p + 0.5
     const double from = std::max(i * cell - 0.5 * cell, -0.5);
@@ -39,11 +36,11 @@ std::vector<Share> shares(int sites, int pixels) {
   return result;
 }
 
-/// Of an image that samples `full` at about every stride-th pixel of both axes, so that its cells stay
-/// squares; first and last sites coincide. stride >= 1.
+/// Of an image that samples `full` at about every stride-th pixel of all axes, so that its cells stay
+/// squares, in volumes cubes; first and last sites coincide. stride >= 1.
 Extent sampled_extent(Extent full, int stride) {
   const auto sites = [&](int of) { return (of - 1 + stride / 2) / stride + 1; };
-  return {sites(full.width), sites(full.height)};
+  return {sites(full.width), sites(full.height), sites(full.depth)};
 }
 
 /// Indices spread evenly over a fine axis, both ends among them, each with that which stands for it on the
@@ -65,12 +62,11 @@ std::vector<std::pair<int, int>> looked_at(int coarse, int fine) {
 
 std::vector<Extent> sampled_extents(Extent full) {
   std::vector<Extent> extents{full};
-  if (full.axes() == 3) {
-    return extents; // volumes are not sampled
-  }
+  // Fewer sites a side show no scene. A volume has more of them in all.
+  const Extent fewest = full.axes() == 3 ? Extent{9, 9, 9} : Extent{17, 17};
   for (int stride = 4;; stride *= 2) {
     const Extent extent = sampled_extent(full, stride);
-    if (std::min(extent.width, extent.height) <= fewest_sites) {
+    if (extent.width < fewest.width || extent.height < fewest.height || extent.depth < fewest.depth) {
       return extents;
     }
     extents.push_back(extent);
@@ -82,16 +78,20 @@ bool is_fair_start(const Level& full, Extent extent) {
   std::size_t same_modulus = 0;
   std::size_t observed = 0;
   std::size_t still_observed = 0;
-  for (const auto& [row, to_row] : looked_at(extent.height, full.extent.height)) {
-    for (const auto& [column, to_column] : looked_at(extent.width, full.extent.width)) {
-      const std::size_t at = full.extent.index(column, row);
-      const std::size_t there = full.extent.index(to_column, to_row);
-      ++sites;
-      same_modulus += full.modulus.values[at] == full.modulus.values[there] ? 1 : 0;
-      for (std::size_t axis = 0; axis < full.extent.axes(); ++axis) {
-        const std::vector<float>& confidence = full.confidence[axis];
-        observed += confidence[at] > 0.0F ? 1 : 0;
-        still_observed += confidence[at] > 0.0F && confidence[there] > 0.0F ? 1 : 0;
+  const std::vector<std::pair<int, int>> columns = looked_at(extent.width, full.extent.width);
+  const std::vector<std::pair<int, int>> rows = looked_at(extent.height, full.extent.height);
+  for (const auto& [slice, to_slice] : looked_at(extent.depth, full.extent.depth)) {
+    for (const auto& [row, to_row] : rows) {
+      for (const auto& [column, to_column] : columns) {
+        const std::size_t at = full.extent.index(column, row, slice);
+        const std::size_t there = full.extent.index(to_column, to_row, to_slice);
+        ++sites;
+        same_modulus += full.modulus.values[at] == full.modulus.values[there] ? 1 : 0;
+        for (std::size_t axis = 0; axis < full.extent.axes(); ++axis) {
+          const std::vector<float>& confidence = full.confidence[axis];
+          observed += confidence[at] > 0.0F ? 1 : 0;
+          still_observed += confidence[at] > 0.0F && confidence[there] > 0.0F ? 1 : 0;
+        }
       }
     }
   }
@@ -102,22 +102,26 @@ BlockModuli block_moduli(const ScalarField& modulus, const ScalarField& inverse_
   const Extent full = modulus.extent;
   const std::vector<Share> columns = shares(sampled.width, full.width);
   const std::vector<Share> rows = shares(sampled.height, full.height);
+  const std::vector<Share> slices = shares(sampled.depth, full.depth);
   BlockModuli result{.mean = ScalarField(sampled), .inverse_mean = ScalarField(sampled)};
   const auto width = static_cast<std::size_t>(full.width);
 #pragma omp parallel if (full.sites() > sites_worth_threads)
   {
     std::vector<float> sums(width);
 #pragma omp for schedule(static)
-    for (int y = 0; y < sampled.height; ++y) {
-      const Share& row = rows[static_cast<std::size_t>(y)];
+    for (int y = 0; y < sampled.rows(); ++y) {
+      const Share& row = rows[static_cast<std::size_t>(y % sampled.height)];
+      const Share& slice = slices[static_cast<std::size_t>(y / sampled.height)];
       const auto average = [&](const std::vector<float>& from, float* to) {
         std::ranges::fill(sums, 0.0F);
-        for (int v = row.first; v <= row.last; ++v) {
-          const float* values = from.data() + full.index(0, v);
-          const float share = row.of(v);
+        for (int w = slice.first; w <= slice.last; ++w) {
+          for (int v = row.first; v <= row.last; ++v) {
+            const float* values = from.data() + full.index(0, v, w);
+            const float share = row.of(v) * slice.of(w);
 #pragma omp simd
-          for (std::size_t u = 0; u < width; ++u) {
-            sums[u] += share * values[u];
+            for (std::size_t u = 0; u < width; ++u) {
+              sums[u] += share * values[u];
+            }
           }
         }
         for (const Share& column : columns) {
@@ -125,7 +129,7 @@ BlockModuli block_moduli(const ScalarField& modulus, const ScalarField& inverse_
           for (int u = column.first; u <= column.last; ++u) {
             sum += column.of(u) * sums[static_cast<std::size_t>(u)];
           }
-          *to++ = sum / (row.length() * column.length());
+          *to++ = sum / (row.length() * column.length() * slice.length());
         }
       };
       average(modulus.values, result.mean.values.data() + sampled.index(0, y));
@@ -160,9 +164,11 @@ Level sampled_image(const Level& full, const BlockModuli& blocks, BlockMean mean
 Interpolated interpolate_to_image(const VectorField& coarse, const Level& sampled, const Level& full) {
   const Extent extent = full.extent;
   const Extent sites = coarse.extent;
-  const Projection projection({coarse[0].data(), coarse[1].data()}, sites, extent, sampled_alignment);
+  const Projection projection({coarse[0].data(), coarse[1].data(), coarse[2].data()}, sites, extent,
+                              sampled_alignment);
   const std::vector<Interpolation> columns = interpolations(sites.width, extent.width, sampled_alignment);
   const std::vector<Interpolation> rows = interpolations(sites.height, extent.height, sampled_alignment);
+  const std::vector<Interpolation> slices = interpolations(sites.depth, extent.depth, sampled_alignment);
   Interpolated result;
   result.field.extent = extent;
 #pragma omp parallel for if (extent.sites() >                                                                \
@@ -170,19 +176,26 @@ Interpolated interpolate_to_image(const VectorField& coarse, const Level& sample
   for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
     result.field[axis].resize(extent.sites());
   }
-  std::vector<Imposed> of_rows(rows.size()); // added up in their order, so that threads do not change the sum
+  // Added up in their order, so that threads do not change the sum.
+  std::vector<Imposed> of_rows(static_cast<std::size_t>(extent.rows()));
 #pragma omp parallel if (extent.sites() > sites_worth_threads)
   {
     Projection::CoarseRows coarse_rows;
 #pragma omp for schedule(static)
-    for (int y = 0; y < extent.height; ++y) {
+    for (int y = 0; y < extent.rows(); ++y) {
       Imposed& own = of_rows[static_cast<std::size_t>(y)];
-      const Interpolation& row = rows[static_cast<std::size_t>(y)];
-      projection.row(y, coarse_rows, {result.field[0].data(), result.field[1].data()});
+      const Interpolation& row = rows[static_cast<std::size_t>(y % extent.height)];
+      const Interpolation& slice = slices[static_cast<std::size_t>(y / extent.height)];
+      projection.row(y, coarse_rows,
+                     {result.field[0].data(), result.field[1].data(), result.field[2].data()});
       for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        const auto nearest = [](Interpolation at) { return at.weight < 0.5F ? at.first : at.second; };
+        const auto observes = [&](int column, int v, int w) {
+          return sampled.confidence[axis][sites.index(column, v, w)] > 0.0F;
+        };
         const auto is_known = [&](int column) {
-          return sampled.confidence[axis][sites.index(column, row.first)] > 0.0F ||
-                 sampled.confidence[axis][sites.index(column, row.second)] > 0.0F;
+          return observes(column, row.first, slice.first) || observes(column, row.second, slice.first) ||
+                 observes(column, row.first, slice.second) || observes(column, row.second, slice.second);
         };
         for (std::size_t x = 0; x < columns.size(); ++x) {
           const std::size_t site = extent.index(0, y) + x;
@@ -190,12 +203,13 @@ Interpolated interpolate_to_image(const VectorField& coarse, const Level& sample
           if (!(confidence > 0.0F)) {
             continue;
           }
-          const float gap = std::abs(full.target[axis][site] - result.field[axis][site]);
+          const float gap = full.target[axis][site] - result.field[axis][site];
           own.squares += static_cast<double>(gap) * static_cast<double>(gap);
           ++own.count;
           own.has_springs = own.has_springs || confidence < 1.0F;
           if (!is_known(columns[x].first) && !is_known(columns[x].second)) {
-            own.largest_unknown_gap = std::max(own.largest_unknown_gap, gap);
+            own.unknown.push_back(
+                {axis, sites.index(nearest(columns[x]), nearest(row), nearest(slice)), gap});
           }
           result.field[axis][site] = full.target[axis][site];
         }

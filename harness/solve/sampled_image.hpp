@@ -45,22 +45,25 @@ enum class BlockMean {
 /// Conditions of `full` at the sampled sites and its moduli by blocks.
 [[nodiscard]] Level sampled_image(const Level& full, const BlockModuli& blocks, BlockMean mean);
 
+/// An observed component that none of the sampled sites around it observes.
+struct Unknown {
+  std::size_t axis = 0;
+  std::size_t site = 0; ///< the nearest one of the sampled image
+  float gap = 0.0F;     ///< pixels: its target less what was interpolated
+};
+
 /// What became of observed components when they were put on their targets.
 struct Imposed {
-  double squares = 0.0;             ///< of the gaps, pixels^2
-  std::size_t count = 0;            ///< components
-  float largest_unknown_gap = 0.0F; ///< pixels: where none of the four coarse sites around is observed
-  bool has_springs = false;         ///< a confidence is below 1
+  double squares = 0.0;  ///< of the gaps, pixels^2
+  std::size_t count = 0; ///< components
+  std::vector<Unknown> unknown{};
+  bool has_springs = false; ///< a confidence is below 1
 
   void add(const Imposed& other) {
     squares += other.squares;
     count += other.count;
-    largest_unknown_gap = std::max(largest_unknown_gap, other.largest_unknown_gap);
+    unknown.insert(unknown.end(), other.unknown.begin(), other.unknown.end());
     has_springs = has_springs || other.has_springs;
-  }
-  /// RMS over sites, pixels: two components a site.
-  [[nodiscard]] double gap() const {
-    return count == 0 ? 0.0 : std::sqrt(2.0 * squares / static_cast<double>(count));
   }
 };
 
@@ -68,6 +71,12 @@ struct Imposed {
 struct Interpolated {
   VectorField field; ///< pixels; components with a confidence above 0 are on their targets
   Imposed imposed;
+
+  /// RMS of the gaps over sites, pixels.
+  [[nodiscard]] double gap() const {
+    const std::size_t count = std::max(imposed.count, std::size_t{1});
+    return std::sqrt(static_cast<double>(field.extent.axes()) * imposed.squares / static_cast<double>(count));
+  }
 };
 
 /// `sampled`: the conditions that the coarse displacement knew.
