@@ -163,7 +163,7 @@ private:
     std::ranges::fill(suspects, 0);
     std::int64_t changed_sites = 0;
     for (const Run& run : sweeper_.data().runs(row)) {
-      const std::int64_t in_run = sweeper_.runs(old_field(), new_field(), at.number, row, {&run, 1});
+      const std::int64_t in_run = sweeper_.run(old_field(), new_field(), at.number, row, run);
       changed_sites += in_run;
       for (int site = run.first; site < run.last && in_run > 0;
            site += Tiling::width - site % Tiling::width) {

@@ -69,21 +69,15 @@ TileKind LevelData::classified(Rectangle tile) const {
 }
 
 std::vector<Run> LevelData::find_runs(int row) const {
-  const int width = extent().width;
-  const auto kind_at = [&](int site) { return kind(tiling_.index(row, site / Tiling::width)); };
-  std::vector<Run> runs{{0, 1, true, width == 1, kind_at(0)}};
-  for (int first = 1; first < width - 1;) {
-    const int last = std::min((first / Tiling::width + 1) * Tiling::width, width - 1);
-    const TileKind kind = kind_at(first);
-    if (first > 1 && runs.back().kind == kind) {
-      runs.back().last = last;
+  std::vector<Run> runs;
+  for (int column = 0; column < tiling_.columns; ++column) {
+    const Rectangle tile = tiling_.rectangle(row, column);
+    const TileKind& of_tile = kind(tiling_.index(row, column));
+    if (column > 0 && runs.back().kind == of_tile) {
+      runs.back().last = tile.last;
     } else {
-      runs.push_back({first, last, false, false, kind});
+      runs.push_back({tile.first, tile.last, of_tile});
     }
-    first = last;
-  }
-  if (width > 1) {
-    runs.push_back({width - 1, width, false, true, kind_at(width - 1)});
   }
   return runs;
 }

@@ -63,8 +63,6 @@ struct Tiling {
 struct Run {
   int first = 0;
   int last = 0;
-  bool west_outside = false;
-  bool east_outside = false;
   TileKind kind{};
 };
 
@@ -101,8 +99,7 @@ private:
   template <typename Call>
   void for_each_tile(int threads, const Call& call) const;
   [[nodiscard]] TileKind classified(Rectangle tile) const;
-  /// The columns at the border by themselves, because they have neighbours outside; between them tiles of the
-  /// same kind joined.
+  /// Tiles of the same kind joined.
   [[nodiscard]] std::vector<Run> find_runs(int row) const;
   /// The tiles that are not `known` (empty: none is), then the runs.
   void classify(const std::vector<char>& known, int threads);

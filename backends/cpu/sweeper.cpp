@@ -3,7 +3,6 @@
 #include "kernels/specification/hdm/energy.hpp"
 
 #include <algorithm>
-#include <array>
 
 namespace hdmbench::openmp {
 
@@ -35,12 +34,33 @@ RowPart Sweeper::rows_part(const Field& from, Field& to, int number, int y) cons
 
 std::int64_t Sweeper::sweep_run(RowPart& part, const Run& run) const {
   const Extent extent = data_.extent();
+  part.kind = run.kind;
+  // Where all rows around are there, a volume's kernel knows itself what is beyond the ends of a row. It
+  // reads there, too: in the first and in the last row that would be outside the arrays.
+  const int y = part.slice * extent.height + part.row;
+  if (part.axes > 2 && data_.has_short_path() && extent.width >= Tiling::width && part.row > 0 &&
+      part.row < extent.height - 1 && y > reach() && y < extent.rows() - 1 - reach()) {
+    return sweep_sites(part, run.first, run.last, false);
+  }
+  const int begin = std::max(run.first, 1);
+  const int end = std::max(begin, std::min(run.last, extent.width - 1));
+  return sweep_sites(part, run.first, begin, true) + sweep_sites(part, begin, end, true) +
+         sweep_sites(part, end, run.last, true);
+}
+
+std::int64_t Sweeper::sweep_sites(RowPart& part, int first, int last, bool border_apart) const {
+  if (first == last) {
+    return 0;
+  }
+  const Extent extent = data_.extent();
   const bool in_volume = part.axes > 2;
   const bool north = part.row == 0;
   const bool south = part.row + part.rows == extent.height;
   const bool near = in_volume && part.slice == 0;
   const bool far = in_volume && part.slice == extent.depth - 1;
-  const bool outside = run.west_outside || run.east_outside || north || south || near || far;
+  const bool west_outside = border_apart && first == 0;
+  const bool east_outside = border_apart && last == extent.width;
+  const bool outside = west_outside || east_outside || north || south || near || far;
   part.inside = data_.has_short_path() && !outside;
   if (!part.inside) { // written out: a loop over numbers costs as much as twenty sites of an image
     std::ptrdiff_t* to = part.neighbours.to;
@@ -48,9 +68,9 @@ std::int64_t Sweeper::sweep_run(RowPart& part, const Run& run) const {
       for (const int y : {-1, 0, 1}) {
         const bool row_outside = slice_outside || (y < 0 && north) || (y > 0 && south);
         const std::ptrdiff_t middle = slice + y * part.pitch;
-        *to++ = row_outside || run.west_outside ? 0 : middle - 1;
+        *to++ = row_outside || west_outside ? 0 : middle - 1;
         *to++ = row_outside ? 0 : middle;
-        *to++ = row_outside || run.east_outside ? 0 : middle + 1;
+        *to++ = row_outside || east_outside ? 0 : middle + 1;
       }
     };
     add_slice(0, false);
@@ -59,9 +79,8 @@ std::int64_t Sweeper::sweep_run(RowPart& part, const Run& run) const {
       add_slice(part.slice_pitch, far);
     }
   }
-  part.first = run.first;
-  part.last = run.last;
-  part.kind = run.kind;
+  part.first = first;
+  part.last = last;
   return kernel_(part);
 }
 
@@ -96,28 +115,11 @@ std::int64_t Sweeper::row(const Field& from, Field& to, int number, int y) const
 
 std::int64_t Sweeper::tile(const Field& from, Field& to, int number, int tile_row, int tile_column) const {
   const Rectangle sites = data_.tiling().rectangle(tile_row, tile_column);
-  const TileKind& kind = data_.kind(data_.tiling().index(tile_row, tile_column));
-  const int width = data_.extent().width;
-  const bool west = sites.first == 0;
-  const bool east = sites.last == width && width > 1;
-  const int begin = sites.first + (west ? 1 : 0);
-  const int end = sites.last - (east ? 1 : 0);
-  std::array<Run, 3> parts;
-  std::size_t count = 0;
-  if (west) {
-    parts[count++] = {0, 1, true, width == 1, kind};
-  }
-  if (end > begin) {
-    parts[count++] = {begin, end, false, false, kind};
-  }
-  if (east) {
-    parts[count++] = {end, sites.last, false, true, kind};
-  }
-  return runs(from, to, number, tile_row, std::span(parts).first(count));
+  const Run run{sites.first, sites.last, data_.kind(data_.tiling().index(tile_row, tile_column))};
+  return this->run(from, to, number, tile_row, run);
 }
 
-std::int64_t Sweeper::runs(const Field& from, Field& to, int number, int tile_row,
-                           std::span<const Run> runs) const {
+std::int64_t Sweeper::run(const Field& from, Field& to, int number, int tile_row, const Run& run) const {
   const int height = data_.extent().height;
   const int end = std::min((tile_row + 1) * Tiling::height, height);
   std::int64_t changed = 0;
@@ -127,9 +129,7 @@ std::int64_t Sweeper::runs(const Field& from, Field& to, int number, int tile_ro
     const int last_row = at_border ? y + 1 : std::min(end, height - 1);
     RowPart part = rows_part(from, to, number, y);
     part.rows = last_row - y;
-    for (const Run& run : runs) {
-      changed += sweep_run(part, run);
-    }
+    changed += sweep_run(part, run);
     y = last_row;
   }
   return changed;

@@ -6,7 +6,6 @@
 
 #include <array>
 #include <cstdint>
-#include <span>
 #include <vector>
 
 namespace hdmbench::openmp {
@@ -21,11 +20,11 @@ public:
 
   /// Row y, of those of all slices, in sweep `number` of the level.
   [[nodiscard]] std::int64_t row(const Field& from, Field& to, int number, int y) const;
-  /// With simultaneous updates of an image, a tile or `runs` of a row of tiles.
+  /// With simultaneous updates of an image, a tile or a run of a row of tiles.
   [[nodiscard]] std::int64_t tile(const Field& from, Field& to, int number, int tile_row,
                                   int tile_column) const;
-  [[nodiscard]] std::int64_t runs(const Field& from, Field& to, int number, int tile_row,
-                                  std::span<const Run> runs) const;
+  [[nodiscard]] std::int64_t run(const Field& from, Field& to, int number, int tile_row,
+                                 const Run& run) const;
 
   [[nodiscard]] const LevelData& data() const { return data_; }
   /// How many rows above and below a row, of those of all slices, its sites see.
@@ -35,6 +34,8 @@ private:
   /// All but what depends on where in the rows the sites are.
   [[nodiscard]] RowPart rows_part(const Field& from, Field& to, int number, int y) const;
   [[nodiscard]] std::int64_t sweep_run(RowPart& part, const Run& run) const;
+  /// With `border_apart` the columns at the border, which have neighbours outside, are parts of their own.
+  [[nodiscard]] std::int64_t sweep_sites(RowPart& part, int first, int last, bool border_apart) const;
 
   SweepRow kernel_;
   const Level& settings_;
