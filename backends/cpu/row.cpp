@@ -68,7 +68,7 @@ HDM_FUNCTION auto fetch(const real* from, const RowPart& part, std::ptrdiff_t i,
     }
     // By bits, because of a condition GCC 12 makes branches and masked loads, at twice the time.
     const bool outside = in_row == (across < 0 ? 0 : static_cast<int>(part.pitch) - 1);
-    const std::uint32_t mask = outside ? ~std::uint32_t{0} : 0;
+    const std::uint32_t mask = -static_cast<std::uint32_t>(outside);
     return __builtin_bit_cast(real, (__builtin_bit_cast(std::uint32_t, from[i]) & mask) |
                                         (__builtin_bit_cast(std::uint32_t, value) & ~mask));
   });
@@ -158,48 +158,36 @@ HDM_FUNCTION int sweep_span(const RowPart& part, const real* steps, const Output
   return changed;
 }
 
-/// Fewer sites than a vector has: computed with their neighbours, of which nothing is kept.
-template <Kind kind>
-HDM_FUNCTION int sweep_short(const RowPart& part, const real* steps, int row) {
-  real next[kind.axes][most_lanes];
-  const int last_begin = static_cast<int>(part.pitch) - 1 - most_lanes;
-  const int begin = part.first < last_begin ? part.first : last_begin;
-  const std::ptrdiff_t at = row * part.pitch + begin;
-  const Output to{{next[0], next[1], next[kind.axes - 1]}, at};
-  const int changed =
-      sweep_span<kind>(part, steps, to, row, begin, begin + most_lanes, part.first, part.last);
-  for (int axis = 0; axis < kind.axes; ++axis) {
-    for (int i = part.first; i < part.last; ++i) {
-      part.next[axis][at + i - begin] = next[axis][i - begin];
-    }
-  }
-  return changed;
-}
-
-/// A row of a volume, of which all neighbours are there but those beyond its ends. Vector by vector: rows are
-/// short, and only the vectors at their ends pay for what is outside.
+/// Vector by vector. Of a part with fewer sites than a vector has those beside it are computed, too, of which
+/// nothing is kept; an image has no other parts here. Inside a volume only the vectors at the ends of a row
+/// pay for what is outside.
 template <Kind kind>
 HDM_FUNCTION int sweep_vectors(const RowPart& part, const real* steps, int row) {
-  constexpr Kind at_ends = [] {
+  constexpr bool in_volume = kind.axes > 2;
+  constexpr auto with_ends = [](bool at_ends) {
     Kind same = kind;
-    same.at_ends = true;
+    same.at_ends = at_ends;
     return same;
-  }();
-  const bool is_short = part.last - part.first < most_lanes;
-  const int pitch = static_cast<int>(part.pitch);
-  const int last_begin = (is_short ? pitch : part.last) - most_lanes;
+  };
+  const bool is_short = !in_volume || part.last - part.first < most_lanes;
+  const int readable = static_cast<int>(part.pitch) - (part.ends ? 0 : 1);
+  const int last_begin = (is_short ? readable : part.last) - most_lanes;
   const std::ptrdiff_t start = row * part.pitch;
   real next[kind.axes][most_lanes];
   int changed = 0;
   for (int counted = part.first; counted < part.last; counted += most_lanes) {
     const int begin = counted < last_begin ? counted : last_begin;
-    const Output to = is_short ? Output{{next[0], next[1], next[2]}, start + begin}
+    const int end = begin + most_lanes;
+    const Output to = is_short ? Output{{next[0], next[1], next[kind.axes - 1]}, start + begin}
                                : Output{{part.next[0], part.next[1], part.next[2]}, 0};
-    changed += begin == 0 || pitch - begin == most_lanes
-                   ? sweep_span<at_ends>(part, steps, to, row, begin, begin + most_lanes, counted, part.last)
-                   : sweep_span<kind>(part, steps, to, row, begin, begin + most_lanes, counted, part.last);
-    for (int i = part.first; i < part.last && is_short; ++i) {
-      for (int axis = 0; axis < kind.axes; ++axis) {
+    // A product, because of || the compiler makes a loop for each case.
+    const bool at_ends = in_volume && kind.inside && begin * (part.pitch - end) == 0;
+    changed += at_ends
+                   ? sweep_span<with_ends(in_volume)>(part, steps, to, row, begin, end, counted, part.last)
+                   : sweep_span<with_ends(in_volume && !kind.inside)>(part, steps, to, row, begin, end,
+                                                                      counted, part.last);
+    for (int axis = 0; axis < kind.axes && is_short; ++axis) {
+      for (int i = part.first; i < part.last; ++i) {
         part.next[axis][start + i] = next[axis][i - begin];
       }
     }
@@ -226,22 +214,21 @@ std::int64_t sweep_sites(const RowPart& shared) {
       kind.rule == Rules::rule_steps && !kind.coloured; // others are compiled sooner
   std::int64_t changed = 0;
   for (int row = 0; row < part.rows; ++row) {
-    if constexpr (kind.axes > 2 && kind.inside) {
-      changed += sweep_vectors<kind>(part, steps, row);
-      continue;
-    }
     int whole = part.last;
-    // What is left of a row beyond whole vectors is one more vector, that computes some sites again: one by
-    // one they would cost as much as 10 vectors.
-    if (repeats_sites && count >= most_lanes) {
-      whole -= count % most_lanes;
+    if constexpr (repeats_sites) {
+      const bool is_short =
+          count < most_lanes && part.first > 0 && part.last < part.pitch && part.pitch >= most_lanes + 2;
+      if (is_short || (kind.axes > 2 && (kind.inside || part.ends))) {
+        changed += sweep_vectors<kind>(part, steps, row);
+        continue;
+      }
+      // What is left of a row beyond whole vectors is one more vector, that computes some sites again: one by
+      // one they would cost as much as 10 vectors.
+      whole -= count < most_lanes ? 0 : count % most_lanes;
       if (whole < part.last) {
         changed +=
             sweep_span<kind>(part, steps, to, row, part.last - most_lanes, part.last, whole, part.last);
       }
-    } else if (repeats_sites && part.first > 0 && part.last < part.pitch && part.pitch >= most_lanes + 2) {
-      changed += sweep_short<kind>(part, steps, row);
-      continue;
     }
     changed += sweep_span<kind>(part, steps, to, row, part.first, whole, part.first, whole);
   }

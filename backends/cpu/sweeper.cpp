@@ -35,20 +35,21 @@ RowPart Sweeper::rows_part(const Field& from, Field& to, int number, int y) cons
 std::int64_t Sweeper::sweep_run(RowPart& part, const Run& run) const {
   const Extent extent = data_.extent();
   part.kind = run.kind;
-  // Where all rows around are there, a volume's kernel knows itself what is beyond the ends of a row. It
-  // reads there, too: in the first and in the last row that would be outside the arrays.
-  const int y = part.slice * extent.height + part.row;
-  if (part.axes > 2 && data_.has_short_path() && extent.width >= Tiling::width && part.row > 0 &&
-      part.row < extent.height - 1 && y > reach() && y < extent.rows() - 1 - reach()) {
-    return sweep_sites(part, run.first, run.last, false);
+  // Not where the first or the last row of all is read: beyond its end the arrays end.
+  part.ends = part.axes > 2 && settings_.rule == Rule::steps && !part.coloured &&
+              extent.width >= Tiling::width && (part.row > 1 || part.slice > 1) &&
+              (part.row < extent.height - 2 || part.slice < extent.depth - 2);
+  if (part.ends) {
+    return sweep_sites(part, run.first, run.last);
   }
+  // Columns at the border by themselves, because they have neighbours outside.
   const int begin = std::max(run.first, 1);
   const int end = std::max(begin, std::min(run.last, extent.width - 1));
-  return sweep_sites(part, run.first, begin, true) + sweep_sites(part, begin, end, true) +
-         sweep_sites(part, end, run.last, true);
+  return sweep_sites(part, run.first, begin) + sweep_sites(part, begin, end) +
+         sweep_sites(part, end, run.last);
 }
 
-std::int64_t Sweeper::sweep_sites(RowPart& part, int first, int last, bool border_apart) const {
+std::int64_t Sweeper::sweep_sites(RowPart& part, int first, int last) const {
   if (first == last) {
     return 0;
   }
@@ -58,10 +59,10 @@ std::int64_t Sweeper::sweep_sites(RowPart& part, int first, int last, bool borde
   const bool south = part.row + part.rows == extent.height;
   const bool near = in_volume && part.slice == 0;
   const bool far = in_volume && part.slice == extent.depth - 1;
-  const bool west_outside = border_apart && first == 0;
-  const bool east_outside = border_apart && last == extent.width;
+  const bool west_outside = !part.ends && first == 0;
+  const bool east_outside = !part.ends && last == extent.width;
   const bool outside = west_outside || east_outside || north || south || near || far;
-  part.inside = data_.has_short_path() && !outside;
+  part.inside = data_.has_short_path() && !outside && (part.ends || !in_volume);
   if (!part.inside) { // written out: a loop over numbers costs as much as twenty sites of an image
     std::ptrdiff_t* to = part.neighbours.to;
     const auto add_slice = [&](std::ptrdiff_t slice, bool slice_outside) {

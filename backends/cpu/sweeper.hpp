@@ -34,8 +34,7 @@ private:
   /// All but what depends on where in the rows the sites are.
   [[nodiscard]] RowPart rows_part(const Field& from, Field& to, int number, int y) const;
   [[nodiscard]] std::int64_t sweep_run(RowPart& part, const Run& run) const;
-  /// With `border_apart` the columns at the border, which have neighbours outside, are parts of their own.
-  [[nodiscard]] std::int64_t sweep_sites(RowPart& part, int first, int last, bool border_apart) const;
+  [[nodiscard]] std::int64_t sweep_sites(RowPart& part, int first, int last) const;
 
   SweepRow kernel_;
   const Level& settings_;
