@@ -218,7 +218,8 @@ std::int64_t sweep_sites(const RowPart& shared) {
     if constexpr (repeats_sites) {
       const bool is_short =
           count < most_lanes && part.first > 0 && part.last < part.pitch && part.pitch >= most_lanes + 2;
-      if (is_short || (kind.axes > 2 && (kind.inside || part.ends))) {
+      const bool at_ends = part.ends && (part.first == 0 || part.last == part.pitch);
+      if (is_short || (kind.axes > 2 && (kind.inside || at_ends))) {
         changed += sweep_vectors<kind>(part, steps, row);
         continue;
       }

@@ -39,12 +39,15 @@ std::int64_t Sweeper::sweep_run(RowPart& part, const Run& run) const {
   part.ends = part.axes > 2 && settings_.rule == Rule::steps && !part.coloured &&
               extent.width >= Tiling::width && (part.row > 1 || part.slice > 1) &&
               (part.row < extent.height - 2 || part.slice < extent.depth - 2);
-  if (part.ends) {
+  const bool border_row =
+      part.row == 0 || part.row == extent.height - 1 || part.slice == 0 || part.slice == extent.depth - 1;
+  if (part.ends && data_.has_short_path() && !border_row) {
     return sweep_sites(part, run.first, run.last);
   }
-  // Columns at the border by themselves, because they have neighbours outside.
-  const int begin = std::max(run.first, 1);
-  const int end = std::max(begin, std::min(run.last, extent.width - 1));
+  // Columns at the border by themselves, because they have neighbours outside: in a volume whole vectors.
+  const int apart = part.ends ? Tiling::width : 1;
+  const int begin = std::clamp(apart, run.first, run.last);
+  const int end = std::clamp(extent.width - apart, begin, run.last);
   return sweep_sites(part, run.first, begin) + sweep_sites(part, begin, end) +
          sweep_sites(part, end, run.last);
 }
