@@ -256,6 +256,12 @@ bool is_coarsest(Extent sites) {
   return std::max({sites.width, sites.height, sites.depth}) - 1 <= most_coarsest_cells(sites.axes());
 }
 
+/// Whether cells of a volume may stick out of it along an axis by more than half, there being one only. In D
+/// they count as cells of which most has no modulus.
+bool may_stick_out(Extent cells) {
+  return std::min({cells.width, cells.height, cells.depth}) == 1;
+}
+
 /// `spring_at` is null where there are no springs.
 template <typename SpringAt>
 ElasticHierarchy hierarchy_of(const Level& full, double poisson, const SpringAt* spring_at) {
@@ -276,7 +282,9 @@ ElasticHierarchy hierarchy_of(const Level& full, double poisson, const SpringAt*
     kinds = add_springs(image, hierarchy, force_unit(full.extent.axes(), poisson), *spring_at);
   }
   const auto respond = [&](ElasticLevel& level, bool is_image) {
-    if (is_volume) {
+    if (is_volume && !is_image && may_stick_out(level.grid.cells())) {
+      set_volume_response(level, VolumeRelaxation(poisson, most_contrast), prescribed);
+    } else if (is_volume) {
       set_volume_response(level, *relaxation, prescribed);
     } else {
       set_response(level, hierarchy.ratio, is_image ? &prescribed : nullptr);

@@ -31,13 +31,16 @@ void set_volume_parents(ElasticLevel& level, const ElasticLevel& fine);
 /// inverse of a site's own 2 x 2 stiffness. `prescribed` is null but on the image, and its components do not
 /// respond.
 void set_response(ElasticLevel& level, const ElasticInFloat::Ratios& ratio, const Prescribed* prescribed);
+/// Beyond this contrast the eigenvalues of a cell change no more.
+inline constexpr double most_contrast = 1e6;
+
 /// How far a sweep goes towards the minimum of each site of a volume, D being what its own stiffness is taken
 /// for: K <= largest eigenvalue of D^-1 K holds cell by cell, so no wave grows whose cells do not let it.
 /// Cells of one modulus have the same one; others of the image at most that of the worst of all patterns of
 /// two moduli, and count as much more in D. On coarse levels they count alike: the eigenvalues there were
 /// found to be smaller (0 to 2 more conjugate gradients than without that weight).
 struct VolumeRelaxation {
-  /// `contrast`: the stiffest over the softest modulus. 0 <= poisson < 0.5.
+  /// `contrast`: the stiffest over the softest modulus; at most most_contrast counts. 0 <= poisson < 0.5.
   VolumeRelaxation(double poisson, double contrast);
 
   float lame;

@@ -329,10 +329,9 @@ VolumeRelaxation::VolumeRelaxation(double poisson, double contrast)
   constexpr double share_of_limit = 1.9; // a wave grows from 2 on
   factor = static_cast<float>(share_of_limit / uniform);
   constexpr unsigned patterns = 255;
-  constexpr double most = 1e6;
   for (unsigned stiff = 1; stiff < patterns && contrast > 1.0; ++stiff) {
     for (unsigned corner = 0; corner < 8; ++corner) {
-      moduli[corner] = (stiff >> corner & 1) != 0 ? std::min(contrast, most) : 1.0;
+      moduli[corner] = (stiff >> corner & 1) != 0 ? std::min(contrast, most_contrast) : 1.0;
     }
     weight = std::max(weight, static_cast<float>(largest_eigenvalue(moduli, ratio) / uniform));
   }
