@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <utility>
 #include <vector>
 
 namespace hdmbench {
@@ -57,6 +58,13 @@ public:
     });
   }
 
+  /// The displacement of the image alone stays.
+  void forget_others() {
+    RingedField displacement = std::move(at(0, ElasticField::displacement));
+    levels_ = std::vector<std::array<RingedField, elastic_fields>>(1);
+    at(0, ElasticField::displacement) = std::move(displacement);
+  }
+
 private:
   /// call(axis, where the row begins in a VectorField, and in a RingedField, width)
   template <typename Call>
@@ -88,7 +96,11 @@ public:
   }
 
 protected:
-  void do_load(const ElasticHierarchy& hierarchy) override { fields_.load(hierarchy); }
+  void do_load(ElasticHierarchy& hierarchy) override { fields_.load(hierarchy); }
+  void do_finish(VectorField& displacement) override {
+    fields_.forget_others();
+    read(0, ElasticField::displacement, displacement);
+  }
 
   ElasticFields fields_;
 };

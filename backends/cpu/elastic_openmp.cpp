@@ -22,9 +22,8 @@ using openmp::ElasticRow;
 using openmp::ElasticRows;
 using openmp::MixedCells;
 using openmp::Planes;
-using openmp::response_of;
+using openmp::ResponseRows;
 using openmp::row_of;
-using openmp::straight_of;
 
 /// Threads share the planes of a level, each its own band; SIMD lanes share the sites of a row. What a site
 /// gets does not depend on either.
@@ -77,11 +76,19 @@ public:
   }
 
 private:
-  void do_load(const ElasticHierarchy& hierarchy) override {
+  void do_load(ElasticHierarchy& hierarchy) override {
     ElasticInMemory::do_load(hierarchy);
+    responses_.clear();
+    for (ElasticLevel& level : hierarchy.levels) {
+      responses_.emplace_back(level);
+    }
     mixed_ = axes() == 3 ? MixedCells(hierarchy.levels.front()) : MixedCells();
     bands_.assign(static_cast<std::size_t>(threads_), ElasticBand(rows_, hierarchy, mixed_));
     sums_.resize(halves(grid(0).sites).sites());
+  }
+  void do_finish(VectorField& displacement) override {
+    responses_.clear();
+    ElasticInMemory::do_finish(displacement);
   }
 
   void relax_field(int level, ElasticField field) {
@@ -97,7 +104,8 @@ private:
                      [&](int row, int plane, ConstElasticRow residual) {
                        const std::size_t at = planes.index(row, plane);
                        const ElasticRow to = row_of(here.grid, values, at);
-                       rows_.relax(axes(), here.grid.sites.width, to, residual, response_of(here, at), to);
+                       rows_.relax(axes(), here.grid.sites.width, to, residual,
+                                   responses(level).of(planes.number(row, plane)), to);
                      });
     });
   }
@@ -108,8 +116,8 @@ private:
     RingedField& correction = fields_.at(level, ElasticField::correction);
     for_each_row(here.grid, [&](int y, int z) {
       const std::size_t at = here.grid.index(0, y, z);
-      rows_.relax(axes(), here.grid.sites.width, {}, row_of(here.grid, load, at), response_of(here, at),
-                  row_of(here.grid, correction, at));
+      rows_.relax(axes(), here.grid.sites.width, {}, row_of(here.grid, load, at),
+                  responses(level).of(y + here.grid.sites.height * z), row_of(here.grid, correction, at));
     });
   }
 
@@ -123,7 +131,8 @@ private:
         const std::size_t at = planes.index(row, plane);
         each_axis(here.grid.axes(), [&](std::size_t axis) {
           std::copy_n(residual.of[axis], here.grid.sites.width, result[axis].data() + at);
-          rows_.keep_free(here.grid.sites.width, straight_of(here, axis, at), result[axis].data() + at);
+          rows_.keep_free(here.grid.sites.width, responses(0).straight(axis, planes.number(row, plane)),
+                          result[axis].data() + at);
         });
       });
     });
@@ -137,18 +146,17 @@ private:
     const Planes planes(here.grid);
     RingedField& load = fields_.at(step.level + 1, ElasticField::load);
     in_bands(Planes(coarse).count, here.grid.sites, [&](Band band, ElasticBand& work) {
-      work.restrict_rows(here, has_prescribed(step.level), band, coarse, load,
-                         [&](Band fine, const auto& use) {
-                           if (step.kind == MethodStep::Kind::restrict_residual) {
-                             work.residuals(here, values, load_of(step.level, step.from), fine, false, use);
-                             return;
-                           }
-                           for (int plane = fine.first; plane < fine.last; ++plane) {
-                             for (int row = 0; row < planes.rows; ++row) {
-                               use(row, plane, row_of(here.grid, values, planes.index(row, plane)));
-                             }
-                           }
-                         });
+      work.restrict_rows(here, prescribed(step.level), band, coarse, load, [&](Band fine, const auto& use) {
+        if (step.kind == MethodStep::Kind::restrict_residual) {
+          work.residuals(here, values, load_of(step.level, step.from), fine, false, use);
+          return;
+        }
+        for (int plane = fine.first; plane < fine.last; ++plane) {
+          for (int row = 0; row < planes.rows; ++row) {
+            use(row, plane, row_of(here.grid, values, planes.index(row, plane)));
+          }
+        }
+      });
     });
   }
 
@@ -225,9 +233,12 @@ private:
   [[nodiscard]] const RingedField* load_of(int level, ElasticField field) const {
     return field == ElasticField::correction ? &fields_.at(level, ElasticField::load) : nullptr;
   }
-  /// Whether components of the level may be prescribed.
-  [[nodiscard]] bool has_prescribed(int level) const {
-    return level == 0 || axes() == 3;
+  [[nodiscard]] const ResponseRows& responses(int level) const {
+    return responses_[static_cast<std::size_t>(level)];
+  }
+  /// Null where components of the level cannot be prescribed.
+  [[nodiscard]] const ResponseRows* prescribed(int level) const {
+    return level == 0 || axes() == 3 ? &responses(level) : nullptr;
   }
 
   void correct_field(const MethodStep& step) {
@@ -235,6 +246,7 @@ private:
     const bool from_zero = step.kind == MethodStep::Kind::interpolate;
     const ElasticLevel& here = level_at(level);
     const RingedGrid& coarse = grid(level + 1);
+    const ResponseRows* const fixed = prescribed(level);
     const int width = here.grid.sites.width;
     const RingedField& correction = fields_.at(level + 1, ElasticField::correction);
     RingedField& values = fields_.at(level, step.to);
@@ -252,8 +264,8 @@ private:
         if (from_zero) {
           std::fill_n(to, width, 0.0F);
         }
-        rows_.correct(width, rows, between, has_prescribed(level) ? straight_of(here, axis, at) : nullptr,
-                      to);
+        rows_.correct(width, rows, between,
+                      fixed != nullptr ? fixed->straight(axis, y + here.grid.sites.height * z) : nullptr, to);
       });
     });
   }
@@ -308,6 +320,7 @@ private:
   int threads_;
   const ElasticRows& rows_;
   std::size_t sites_worth_a_thread_;
+  std::vector<ResponseRows> responses_;    ///< by level
   MixedCells mixed_;                       ///< of a volume
   mutable std::vector<ElasticBand> bands_; ///< one a thread
   mutable std::vector<float> sums_;        ///< of dot()

@@ -42,7 +42,7 @@ public:
   }
 
 private:
-  void do_load(const ElasticHierarchy& hierarchy) override {
+  void do_load(ElasticHierarchy& hierarchy) override {
     ElasticInMemory::do_load(hierarchy);
     answers_ = std::make_unique<Answers>(hierarchy, fields_);
   }

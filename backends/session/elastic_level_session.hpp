@@ -106,7 +106,7 @@ public:
   }
 
 private:
-  void do_load(const ElasticHierarchy& hierarchy) override {
+  void do_load(ElasticHierarchy& hierarchy) override {
     is_volume_ = hierarchy.levels.front().grid.axes() == 3;
     std::int64_t most_coarse = 0;
     on_device([&](Steps& steps) {

@@ -5,6 +5,7 @@
 #include "kernels/data/field.hpp"
 
 #include <string_view>
+#include <utility>
 
 namespace hdmbench {
 
@@ -63,11 +64,11 @@ class ElasticSession : public Interface {
   using Kind = MethodStep::Kind;
 
 public:
-  /// Makes room for the fields. `hierarchy` must stay as it is until the next load(); it may be read in
-  /// place.
-  void load(const ElasticHierarchy& hierarchy) {
-    hierarchy_ = &hierarchy;
-    do_load(hierarchy);
+  /// Makes room for the fields. The session has `hierarchy` from now on: of a large volume a second one would
+  /// be half of all memory.
+  void load(ElasticHierarchy hierarchy) {
+    hierarchy_ = std::move(hierarchy);
+    do_load(hierarchy_);
   }
   virtual void take(const MethodStep& step) = 0;
 
@@ -76,6 +77,13 @@ public:
     take({.kind = Kind::write, .level = level, .to = field, .values = &values});
   }
   virtual void read(int level, ElasticField field, VectorField& values) const = 0;
+  /// Returns displacement and gives memory back as far as the session can: load() is next.
+  [[nodiscard]] VectorField finish() {
+    VectorField displacement;
+    do_finish(displacement);
+    hierarchy_ = {};
+    return displacement;
+  }
 
   /// One damped Jacobi sweep over all sites at once: displacement (without a load) or correction (with the
   /// level's load). Prescribed components stay.
@@ -119,18 +127,20 @@ public:
   [[nodiscard]] virtual ScalarField dot_squares(ElasticField first, ElasticField second, int height) const;
 
 protected:
-  /// The one that was loaded last.
-  [[nodiscard]] const ElasticHierarchy& hierarchy() const { return *hierarchy_; }
+  /// The one that was loaded last, as do_load() left it.
+  [[nodiscard]] const ElasticHierarchy& hierarchy() const { return hierarchy_; }
   [[nodiscard]] const ElasticLevel& level_at(int level) const {
-    return hierarchy_->levels.at(static_cast<std::size_t>(level));
+    return hierarchy_.levels.at(static_cast<std::size_t>(level));
   }
   [[nodiscard]] const RingedGrid& grid(int level) const { return level_at(level).grid; }
-  [[nodiscard]] int coarsest() const { return static_cast<int>(hierarchy_->levels.size()) - 1; }
+  [[nodiscard]] int coarsest() const { return static_cast<int>(hierarchy_.levels.size()) - 1; }
 
 private:
-  virtual void do_load(const ElasticHierarchy& hierarchy) = 0;
+  /// `hierarchy` is the session's own: it may give away what it does not read again.
+  virtual void do_load(ElasticHierarchy& hierarchy) = 0;
+  virtual void do_finish(VectorField& displacement) { read(0, ElasticField::displacement, displacement); }
 
-  const ElasticHierarchy* hierarchy_ = nullptr;
+  ElasticHierarchy hierarchy_;
 };
 
 /// The next level of the tree: sums of 2 x 2, of a volume's of 2 x 2 x 2.

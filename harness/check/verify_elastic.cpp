@@ -82,7 +82,7 @@ public:
   [[nodiscard]] std::int64_t steps() const { return steps_; }
 
 private:
-  void do_load(const ElasticHierarchy& hierarchy) override {
+  void do_load(ElasticHierarchy& hierarchy) override {
     reference_.load(hierarchy);
     each_present(followers_, [&](Follower& follower) {
       try {

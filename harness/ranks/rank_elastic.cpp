@@ -169,7 +169,7 @@ public:
   }
 
 private:
-  void do_load(const ElasticHierarchy& hierarchy) override {
+  void do_load(ElasticHierarchy& hierarchy) override {
     std::vector<Extent> levels;
     std::ranges::transform(hierarchy.levels, std::back_inserter(levels),
                            [](const ElasticLevel& level) { return level.grid.sites; });
@@ -179,41 +179,36 @@ private:
     for (int level = 0; level < cut_levels; ++level) {
       valid_.emplace_back().fill(halo(level)); // fields are 0 everywhere
     }
-    const auto load_into = [&](std::unique_ptr<ElasticSession>& session, const ElasticHierarchy& sheet) {
+    const auto load_into = [&](std::unique_ptr<ElasticSession>& session, ElasticHierarchy sheet) {
       ended_by_error_of_one([&] {
         session = session != nullptr ? std::move(session) : open_();
-        session->load(sheet);
+        session->load(std::move(sheet));
       });
     };
     if (cut_levels > 0 && rank_ < share_.image().cut.pieces.size()) {
       // A level without stiffness ends it, so that it is a hierarchy as any other.
       const std::size_t axes = hierarchy.levels.front().grid.axes();
       const Extent least{2, 2, axes == 3 ? 2 : 1};
-      piece_sheet_ = without_levels(hierarchy);
-      piece_sheet_.coarsest_inverse.assign(axes * least.sites() * axes * least.sites(), 0.0F);
+      ElasticHierarchy piece = without_levels(hierarchy);
+      piece.coarsest_inverse.assign(axes * least.sites() * axes * least.sites(), 0.0F);
       for (int level = 0; level <= cut_levels; ++level) {
-        piece_sheet_.levels.push_back(
+        piece.levels.push_back(
             part_of(hierarchy.levels[static_cast<std::size_t>(level)], share_.share(level).loaded[rank_]));
       }
-      piece_sheet_.levels.push_back(empty_level(least, hierarchy.levels[1].moments.size()));
+      piece.levels.push_back(empty_level(least, hierarchy.levels[1].moments.size()));
       if (fault_.in_sheet) {
-        fault_.in_sheet(piece_sheet_, rank_);
+        fault_.in_sheet(piece, rank_);
       }
-      load_into(piece_, piece_sheet_);
+      load_into(piece_, std::move(piece));
     } else {
       piece_.reset();
     }
-    if (ranks_.is_first() && cut_levels > 0) { // nothing is asked of the levels before
-      const auto first = hierarchy.levels.begin() + cut_levels;
-      coarse_sheet_ = without_levels(hierarchy);
-      coarse_sheet_.coarsest_inverse = hierarchy.coarsest_inverse;
-      for (auto level = hierarchy.levels.begin(); level != first; ++level) {
-        coarse_sheet_.levels.push_back(empty_level(first->grid.sites, level->moments.size()));
-      }
-      coarse_sheet_.levels.insert(coarse_sheet_.levels.end(), first, hierarchy.levels.end());
-    }
     if (ranks_.is_first()) {
-      load_into(coarse_, cut_levels > 0 ? coarse_sheet_ : hierarchy);
+      const auto first = hierarchy.levels.begin() + cut_levels;
+      for (auto level = hierarchy.levels.begin(); level != first; ++level) { // nothing is asked of them
+        *level = empty_level(first->grid.sites, level->moments.size());
+      }
+      load_into(coarse_, std::move(hierarchy));
     }
   }
 
@@ -314,10 +309,8 @@ private:
   mutable faults::FaultyExchange halos_; ///< for halos, sums and coarse levels
   Open open_;
   ElasticShare share_;
-  std::unique_ptr<ElasticSession> piece_;  ///< null where this rank has no piece
-  std::unique_ptr<ElasticSession> coarse_; ///< on the first rank
-  ElasticHierarchy piece_sheet_;
-  ElasticHierarchy coarse_sheet_;
+  std::unique_ptr<ElasticSession> piece_;              ///< null where this rank has no piece
+  std::unique_ptr<ElasticSession> coarse_;             ///< on the first rank
   std::vector<std::array<int, elastic_fields>> valid_; ///< of cut levels
 };
 

@@ -187,7 +187,7 @@ private:
     const double enough = request_.accuracy ? share_of_steps * *request_.accuracy : unknown;
     solve_within(enough, most_steps, contrast_of(sampled.modulus), solver);
     add_work(solver);
-    return solver.displacement();
+    return solver.result();
   }
 
   [[nodiscard]] bool has_time_for(double seconds) const {
@@ -277,7 +277,7 @@ private:
            step.change, error.estimate());
     }
     solver.settle(scene_.full, free_motions(scene_.full));
-    plan_.solution.displacement = solver.displacement();
+    plan_.solution.displacement = solver.result();
     add_work(solver);
     const double largest = largest_component(plan_.solution.displacement);
     const double rounding = solver.rounding(largest, contrast_of(scene_.full.modulus));

@@ -129,17 +129,15 @@ public:
   }
 
 private:
-  void do_load(const ElasticHierarchy& hierarchy) override {
-    spoilt_ = hierarchy;
+  void do_load(ElasticHierarchy& hierarchy) override {
     if (fault_.in_hierarchy) {
-      fault_.in_hierarchy(spoilt_);
+      fault_.in_hierarchy(hierarchy);
     }
-    sound_->load(spoilt_);
+    sound_->load(std::move(hierarchy));
   }
 
   std::unique_ptr<ElasticSession> sound_;
   Fault fault_;
-  ElasticHierarchy spoilt_;
   mutable bool is_waited_for_ = false;
 };
 

@@ -40,12 +40,9 @@ ElasticSolver::ElasticSolver(const Level& full, double poisson, ElasticSession& 
   });
   sprung_ = has_springs(full);
   const auto load_sheet = [&](Springs springs) {
-    timed(timings_.projection, [&] { hierarchy_ = make_elastic_hierarchy(full, poisson, springs); });
-    const Stopwatch watch(timings_.upload);
-    session.load(hierarchy_);
+    load(timed(timings_.projection, [&] { return make_elastic_hierarchy(full, poisson, springs); }));
   };
   load_sheet(Springs::none);
-  list_work(hierarchy_);
   timed(timings_.upload, [&] { session_.write(0, ElasticField::displacement, start_); });
   if (!sprung_) {
     start_ = VectorField(); // the session has it, and in large images its 8 bytes a site count
@@ -64,12 +61,10 @@ ElasticSolver::ElasticSolver(const Level& full, double poisson, ElasticSession& 
 ElasticSolver::ElasticSolver(const Level& full, double poisson, const SiteSprings& springs,
                              ElasticSession& session)
     : session_(session), sprung_(true), sheet_{&full, &springs, poisson} {
-  timed(timings_.projection, [&] {
-    hierarchy_ = springs.xx.values.empty() ? make_elastic_hierarchy(full, poisson, Springs::none)
-                                           : make_elastic_hierarchy(full, poisson, springs);
-  });
-  timed(timings_.upload, [&] { session.load(hierarchy_); });
-  list_work(hierarchy_);
+  load(timed(timings_.projection, [&] {
+    return springs.xx.values.empty() ? make_elastic_hierarchy(full, poisson, Springs::none)
+                                     : make_elastic_hierarchy(full, poisson, springs);
+  }));
 }
 
 void ElasticSolver::pull(VectorField start, const VectorField& forces_there) {
@@ -100,10 +95,12 @@ void ElasticSolver::pull(VectorField start, const VectorField& forces_there) {
   session_.write(0, ElasticField::displacement, VectorField(full.extent));
 }
 
-void ElasticSolver::list_work(const ElasticHierarchy& hierarchy) {
+void ElasticSolver::load(ElasticHierarchy hierarchy) {
+  work_.clear();
   for (const ElasticLevel& level : hierarchy.levels) {
     work_.push_back({.level = static_cast<int>(work_.size()), .extent = level.grid.sites});
   }
+  timed(timings_.upload, [&] { session_.load(std::move(hierarchy)); });
 }
 
 void ElasticSolver::find_load() {
@@ -256,12 +253,18 @@ ElasticSolver::Step ElasticSolver::conjugate_gradients() {
 VectorField ElasticSolver::displacement() const {
   VectorField field;
   session_.read(0, ElasticField::displacement, field);
-  if (sprung_) {
-    for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
-      std::ranges::transform(field[axis], start_[axis], field[axis].begin(), std::plus<>());
-    }
+  return from_start(std::move(field));
+}
+
+VectorField ElasticSolver::result() {
+  return from_start(session_.finish());
+}
+
+VectorField ElasticSolver::from_start(VectorField way) const {
+  for (std::size_t axis = 0; sprung_ && axis < way.extent.axes(); ++axis) {
+    std::ranges::transform(way[axis], start_[axis], way[axis].begin(), std::plus<>());
   }
-  return field;
+  return way;
 }
 
 double ElasticSolver::settle(const Level& full, const std::vector<RigidMotion>& motions) {
@@ -407,7 +410,7 @@ Solution solve_whole(const Scene& scene, ElasticSession& session, Progress& prog
   }
   {
     const Stopwatch watch(solution.timings.readback);
-    solution.displacement = solver.displacement();
+    solution.displacement = solver.result();
   }
   return solution;
 }

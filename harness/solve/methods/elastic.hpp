@@ -56,6 +56,8 @@ public:
   double settle(const Level& full, const std::vector<RigidMotion>& motions);
 
   [[nodiscard]] VectorField displacement() const;
+  /// The same as the last thing to do: the session gives its memory back.
+  [[nodiscard]] VectorField result();
   /// What float leaves at least of the error of a field that reaches `largest`, pixels. Weak springs on soft
   /// tissue hold what is stiff the less exactly the more their moduli differ.
   [[nodiscard]] double rounding(double largest, double contrast) const;
@@ -64,7 +66,8 @@ public:
   [[nodiscard]] const Timings& timings() const { return timings_; }
 
 private:
-  void list_work(const ElasticHierarchy& hierarchy);
+  void load(ElasticHierarchy hierarchy);
+  [[nodiscard]] VectorField from_start(VectorField way) const;
   /// What corrections are made from: the residual of displacement.
   void find_load();
   /// Takes the correction of the image.
@@ -78,7 +81,6 @@ private:
 
   ElasticSession& session_;
   Timings timings_;
-  ElasticHierarchy hierarchy_;
   std::vector<LevelResult> work_;
   VectorField start_;   ///< extended conditions, or that of pull(); only where sprung_
   bool sprung_ = false; ///< the session has the way from start_, and its load was made once
