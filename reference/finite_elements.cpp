@@ -192,7 +192,8 @@ void check_support(const ElasticProblem& problem) {
                                      free_to_move));
 }
 
-double component(const ReferenceField& field, std::size_t index) {
+template <typename Number>
+double component(const Planes<Number>& field, std::size_t index) {
   const std::size_t axes = field.extent.axes();
   return field[index % axes][index / axes];
 }
@@ -350,8 +351,9 @@ ReferenceField solve_finite_elements(const ElasticProblem& problem, const Elemen
   return displacement_of(problem, system, *solution);
 }
 
+template <typename Number>
 double elastic_energy(const ElasticProblem& problem, const ElementRule& rule,
-                      const ReferenceField& displacement) {
+                      const Planes<Number>& displacement) {
   const Elements elements(problem, rule);
   std::vector<double> of_layers(static_cast<std::size_t>(elements.layers()));
 #pragma omp parallel for if (problem.extent.sites() > sites_worth_threads)
@@ -377,5 +379,8 @@ double elastic_energy(const ElasticProblem& problem, const ElementRule& rule,
   }
   return sum;
 }
+
+template double elastic_energy(const ElasticProblem&, const ElementRule&, const Planes<float>&);
+template double elastic_energy(const ElasticProblem&, const ElementRule&, const Planes<double>&);
 
 } // namespace hdmbench

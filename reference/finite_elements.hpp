@@ -79,8 +79,9 @@ struct ElasticSystem {
 
 /// Twice the elastic energy of a displacement, u' K u without loads and that of the springs: without them 0
 /// for rigid motion.
+template <typename Number>
 [[nodiscard]] double elastic_energy(const ElasticProblem& problem, const ElementRule& rule,
-                                    const ReferenceField& displacement);
+                                    const Planes<Number>& displacement);
 
 struct IterativeSolution {
   ReferenceField displacement; ///< pixels

@@ -20,7 +20,7 @@ using test::elastic_level;
 using test::Held;
 using test::Tissue;
 
-Plan plan(const Scene& scene, const Request& request) {
+Plan plan(Scene scene, const Request& request) {
   return solve_as_needed(scene, request, test::find("openmp"), {}, test::silent());
 }
 

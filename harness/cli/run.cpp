@@ -81,9 +81,8 @@ double mean_energy_of(const Scene& scene, const VectorField& displacement) {
   if (!scene.energy->is_of_cells()) {
     return mean_energy(scene.full, displacement);
   }
-  const double twice =
-      elastic_energy(elastic_problem(scene.full), ElementRule::of(scene.extent(), scene.poisson),
-                     ReferenceField(displacement));
+  const double twice = elastic_energy(elastic_problem(scene.full),
+                                      ElementRule::of(scene.extent(), scene.poisson), displacement);
   return twice / 2.0 / static_cast<double>(scene.extent().sites());
 }
 
@@ -306,7 +305,7 @@ int run_scene(Call& call) {
   const PeakMemory memory;
   Progress progress(call.speaks());
   progress.describe(fmt::format("prepare {}", call[option::scene]));
-  const Scene scene = load_for(call);
+  Scene scene = load_for(call);
   const Request request = request_of(call, scene.spacing);
   const bool inspected = is_inspected(scene.extent());
   const auto registry = make_backends();
@@ -331,13 +330,13 @@ int run_scene(Call& call) {
   progress.set_total(site_updates(scene));
   progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
   std::optional<Plan> plan;
-  Solution solution;
+  Solution unplanned;
   if (asks(call)) {
     plan = solve_as_needed(scene, request, backend, session, progress);
-    solution = plan->solution;
   } else {
-    solution = Solver(backend, session).solve(scene, progress, {.last_changed = inspected});
+    unplanned = Solver(backend, session).solve(scene, progress, {.last_changed = inspected});
   }
+  const Solution& solution = plan ? plan->solution : unplanned;
   progress.clear();
   json by_rank = json::array();
   if (ranks != nullptr) {

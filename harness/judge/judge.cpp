@@ -153,7 +153,7 @@ Judge::Place& Judge::main_place(Update update) {
   return *best;
 }
 
-std::size_t Judge::add(const Setting& setting) {
+std::size_t Judge::add(Setting setting) {
   const std::size_t first = rows_.size();
   const Place& main = main_place(setting.scene.full.update);
   expected_ = VectorField();
@@ -195,8 +195,8 @@ void Judge::add(const Rival& rival) {
   }
 }
 
-Judge::Found Judge::solve_on(Place& place, const Setting& setting, Progress& progress) const {
-  const Scene& scene = setting.scene;
+Judge::Found Judge::solve_on(Place& place, Setting& setting, Progress& progress) const {
+  Scene& scene = setting.scene;
   if (setting.told.asked) {
     // Without a limit of time a plan depends on the scene alone, so all must come to the same field.
     Plan plan =
@@ -215,7 +215,7 @@ Judge::Found Judge::solve_on(Place& place, const Setting& setting, Progress& pro
           .fine_sweep_equivalents = updates / static_cast<double>(scene.extent().sites())};
 }
 
-void Judge::judge_on(Place& place, const Setting& setting, Judged& row) {
+void Judge::judge_on(Place& place, Setting& setting, Judged& row) {
   if (!place.missing.empty()) {
     return row.fail(JudgedStatus::skipped, place.missing);
   }

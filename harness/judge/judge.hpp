@@ -125,7 +125,7 @@ public:
   /// Adds a row for each backend that the setting is measured on; what fails is a row with the reason. The
   /// field is compared with the reference's, which is not timed where nobody wants it. Returns the index of
   /// the first of the new rows.
-  std::size_t add(const Setting& setting);
+  std::size_t add(Setting setting);
   void add(const Rival& rival);
 
 private:
@@ -148,8 +148,8 @@ private:
   };
 
   [[nodiscard]] Place& main_place(Update update);
-  [[nodiscard]] Found solve_on(Place& place, const Setting& setting, Progress& progress) const;
-  void judge_on(Place& place, const Setting& setting, Judged& row);
+  [[nodiscard]] Found solve_on(Place& place, Setting& setting, Progress& progress) const;
+  void judge_on(Place& place, Setting& setting, Judged& row);
   /// Adds samples of `solve` to the row's, after a call of `warm_up` that is not timed. Returns whether there
   /// is a field; what is thrown is the reason why not.
   bool sample(Judged& row, const std::function<void()>& solve,

@@ -12,9 +12,17 @@
 #include "kernels/data/modulus.hpp"
 
 #include <fmt/format.h>
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
 
+#include <algorithm>
+#include <bit>
 #include <cmath>
+#include <cstdint>
+#include <iterator>
 #include <limits>
+#include <vector>
 
 namespace hdmbench {
 
@@ -69,9 +77,76 @@ double rms_difference(const VectorField& a, const VectorField& b) {
   return std::sqrt(squares / static_cast<double>(a.extent.sites()));
 }
 
+/// The fields of a scene that are read before and after it is solved. Of a volume they would be a third of
+/// what there is meanwhile, though most of their numbers are as the one before: as long as the object lives,
+/// runs of these stand for a field, where that saves at least half.
+class SetAside {
+public:
+  explicit SetAside(Scene& scene) {
+    Level& full = scene.full;
+    for (VectorField* const field : {&full.target, &full.confidence}) {
+      std::ranges::transform(field->planes, std::back_inserter(fields_),
+                             [](auto& plane) { return Field{&plane}; });
+    }
+    for (ScalarField* const field : {&full.modulus, &full.inverse_modulus, &scene.picture}) {
+      fields_.push_back({&field->values});
+    }
+#pragma omp parallel for schedule(dynamic)
+    for (Field& field : fields_) {
+      take(field);
+    }
+#ifdef __GLIBC__
+    malloc_trim(0); // what set-up left between arrays that are still there
+#endif
+  }
+  SetAside(const SetAside&) = delete;
+  SetAside& operator=(const SetAside&) = delete;
+  ~SetAside() {
+#pragma omp parallel for schedule(dynamic)
+    for (const Field& field : fields_) {
+      put_back(field);
+    }
+  }
+
+private:
+  struct Run {
+    float value;
+    std::size_t end;
+  };
+  struct Field {
+    std::vector<float>* values;
+    std::vector<Run> runs{}; ///< empty: they stay where they are
+  };
+
+  static void take(Field& field) {
+    const std::vector<float>& values = *field.values;
+    const auto differ = [](float a, float b) {
+      return std::bit_cast<std::uint32_t>(a) != std::bit_cast<std::uint32_t>(b);
+    };
+    for (auto at = values.begin(); at != values.end();) {
+      at = std::adjacent_find(at, values.end(), differ);
+      at += at != values.end() ? 1 : 0;
+      if (sizeof(Run) * (field.runs.size() + 1) > sizeof(float) * values.size() / 2) {
+        field.runs = std::vector<Run>();
+        return;
+      }
+      field.runs.push_back({*std::prev(at), static_cast<std::size_t>(at - values.begin())});
+    }
+    *field.values = std::vector<float>(); // {} would keep the memory
+  }
+  static void put_back(const Field& field) {
+    field.values->reserve(field.runs.empty() ? 0 : field.runs.back().end);
+    for (const Run& run : field.runs) {
+      field.values->resize(run.end, run.value);
+    }
+  }
+
+  std::vector<Field> fields_;
+};
+
 class Planner {
 public:
-  Planner(const Scene& scene, const Request& request, ElasticSession& session, Progress& progress)
+  Planner(Scene& scene, const Request& request, ElasticSession& session, Progress& progress)
       : scene_(scene), request_(request), session_(session), progress_(progress),
         extents_(sampled_extents(scene.extent())) {}
 
@@ -244,11 +319,16 @@ private:
   /// Full multigrid, then conjugate gradients until the steps say that it is enough.
   void solve_image() {
     ElasticSolver solver(scene_.full, scene_.poisson, session_);
+    const double contrast = contrast_of(scene_.full.modulus);
+    std::optional<SetAside> aside;
+    if (scene_.extent().axes() == 3 && !has_springs(scene_.full)) { // images are small, springs needed again
+      aside.emplace(scene_);
+    }
     note(scene_.extent(), "levels", "moments of the moduli and cut cells on all levels", 0.0, unknown);
     const double set_up = clock_.seconds();
     solver.full_multigrid();
     note(scene_.extent(), "multigrid", "from the coarsest level up, a W cycle on each", 0.0, unknown);
-    RemainingError error(contrast_of(scene_.full.modulus));
+    RemainingError error(contrast);
     double last = clock_.seconds() - set_up; // a step costs no more than full multigrid
     bool at_rest = false;
     for (int i = 0;; ++i) {
@@ -276,11 +356,14 @@ private:
                                : std::string("there is time left"),
            step.change, error.estimate());
     }
-    solver.settle(scene_.full, free_motions(scene_.full));
+    if (!aside) {
+      solver.settle(scene_.full, free_motions(scene_.full));
+    }
     plan_.solution.displacement = solver.result();
+    aside.reset();
     add_work(solver);
     const double largest = largest_component(plan_.solution.displacement);
-    const double rounding = solver.rounding(largest, contrast_of(scene_.full.modulus));
+    const double rounding = solver.rounding(largest, contrast);
     if (!std::isfinite(rounding)) {
       mistrust_ = "moduli differ more than float32 can tell";
     } else if ((error.is_known() && mistrust_.empty()) || at_rest) {
@@ -300,7 +383,7 @@ private:
   static constexpr double unknown = std::numeric_limits<double>::infinity();
 
   Clock clock_;
-  const Scene& scene_;
+  Scene& scene_;
   const Request& request_;
   ElasticSession& session_;
   Progress& progress_;
@@ -336,7 +419,7 @@ double fine_sweep_equivalents(const Plan& plan) {
          static_cast<double>(plan.solution.displacement.extent.sites());
 }
 
-Plan solve_as_needed(const Scene& scene, const Request& request, const Backend& backend,
+Plan solve_as_needed(Scene& scene, const Request& request, const Backend& backend,
                      const SessionOptions& options, Progress& progress) {
   require_positive(request.accuracy, "the accuracy asked for (px)");
   require_positive(request.seconds, "the time asked for (s)");
@@ -344,7 +427,7 @@ Plan solve_as_needed(const Scene& scene, const Request& request, const Backend& 
     throw InputError(
         "an accuracy is a distance from finite elements, which the elastic energy alone comes near");
   }
-  if (const std::optional<Scene> scaled = with_safe_moduli(scene)) {
+  if (std::optional<Scene> scaled = with_safe_moduli(scene)) {
     return solve_as_needed(*scaled, request, backend, options, progress);
   }
   if (const std::string why = why_not_solved(scene, backend); !why.empty()) {

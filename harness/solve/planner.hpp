@@ -50,8 +50,8 @@ void conclude(Plan& plan, const Scene& scene, const Request& request, double sec
 /// that sample the scene are solved until their differences say that a finer one is not needed; else the plan
 /// is full multigrid and conjugate gradients until their steps say that it is enough. Throws InputError where
 /// the scene has another energy, a figure of the request is not positive or the backend does not compute the
-/// energy, and as ElasticSolver does.
-[[nodiscard]] Plan solve_as_needed(const Scene& scene, const Request& request, const Backend& backend,
+/// energy, and as ElasticSolver does. In the end the scene is as it was.
+[[nodiscard]] Plan solve_as_needed(Scene& scene, const Request& request, const Backend& backend,
                                    const SessionOptions& options, Progress& progress);
 
 } // namespace hdmbench

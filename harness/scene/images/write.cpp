@@ -99,7 +99,7 @@ void write_displacement(const std::filesystem::path& file, const VectorField& di
   // An ITK or Slicer transform maps the other way, from the deformed image back: who opens the file must be
   // told.
   images::write_pixels(
-      file, geometry, values,
+      file, geometry, std::move(values),
       {{"hdmbench mapping", "forward: tissue at x moves to x + d(x)"}, {"hdmbench unit", "millimetre"}});
 }
 
@@ -117,7 +117,7 @@ void write_vector(const std::filesystem::path& file, const VectorField& field, d
       values.push_back(field[axis][site]);
     }
   }
-  images::write_pixels(file, geometry_of(file, field.extent, axes, spacing, placement), values);
+  images::write_pixels(file, geometry_of(file, field.extent, axes, spacing, placement), std::move(values));
 }
 
 void write_labels(const std::filesystem::path& file, const LabelField& labels, double spacing,
