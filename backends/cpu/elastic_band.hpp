@@ -2,11 +2,11 @@
 
 #include "backends/cpu/elastic_fields.hpp"
 #include "backends/cpu/sweeper.hpp"
+#include "kernels/data/shared_rows.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <cstring>
 #include <utility>
 #include <vector>
 
@@ -32,8 +32,6 @@ struct Planes {
       : grid(&grid_), rows(grid_.axes() == 3 ? grid_.sites.height : 1),
         count(grid_.axes() == 3 ? grid_.sites.depth : grid_.sites.height) {}
 
-  /// Of all rows.
-  [[nodiscard]] int number(int row, int plane) const { return plane * rows + row; }
   [[nodiscard]] std::size_t index(int row, int plane) const {
     return grid->axes() == 3 ? grid->index(0, row, plane) : grid->index(0, plane);
   }
@@ -55,62 +53,21 @@ inline ConstElasticRow row_of(const RingedGrid& grid, const RingedField& field, 
   return row;
 }
 
-/// The response of a level's rows, which are numbered y + height * z. A row of an entry that is as the one
-/// before, or as the one at its place in the plane before, has no memory of its own: most of a body, whose
-/// tissues are larger than a row, answers alike, and all of it would be a quarter of what a solution takes.
-class ResponseRows {
-public:
-  /// Takes level.response away.
-  explicit ResponseRows(ElasticLevel& level)
-      : axes_(level.grid.axes()), entries_(std::move(level.response)), first_(entries_.size()) {
-    const RingedGrid& grid = level.grid;
-    const int height = grid.sites.height;
-#pragma omp parallel for if (grid.sites.sites() > sites_worth_threads)
-    for (std::size_t entry = 0; entry < entries_.size(); ++entry) {
-      std::vector<float>& values = entries_[entry];
-      std::vector<std::size_t>& first = first_[entry];
-      std::size_t end = 0; // of those that are kept
-      for (int row = 0; row < grid.sites.rows(); ++row) {
-        const float* const from = values.data() + grid.index(0, row % height, row / height);
-        const auto is_as = [&](int before) {
-          return before >= 0 && std::memcmp(from, values.data() + first[static_cast<std::size_t>(before)],
-                                            sizeof(float) * grid.pitch) == 0;
-        };
-        if (is_as(row - 1) || is_as(row - height)) {
-          first.push_back(first[static_cast<std::size_t>(is_as(row - 1) ? row - 1 : row - height)]);
-          continue;
-        }
-        first.push_back(end);
-        std::memmove(values.data() + end, from, sizeof(float) * grid.pitch);
-        end += grid.pitch;
-      }
-      values.resize(end);
-      values.shrink_to_fit();
-    }
-  }
+/// ElasticLevel::response, which is a quarter of what a volume takes where rows do not share memory.
+using ResponseRows = std::vector<SharedRows>;
 
-  /// Of all entries.
-  [[nodiscard]] Response of(int row) const {
-    Response response;
-    for (std::size_t entry = 0; entry < entries_.size(); ++entry) {
-      response.entry[entry] = at(entry, row);
-    }
-    return response;
+inline Response response_of(const ResponseRows& rows, std::size_t at) {
+  Response response;
+  for (std::size_t entry = 0; entry < rows.size(); ++entry) {
+    response.entry[entry] = rows[entry].row(at);
   }
-  /// Of a component's own axis.
-  [[nodiscard]] const float* straight(std::size_t axis, int row) const {
-    return at(symmetric_entry(axes_, axis, axis), row);
-  }
+  return response;
+}
 
-private:
-  [[nodiscard]] const float* at(std::size_t entry, int row) const {
-    return entries_[entry].data() + first_[entry][static_cast<std::size_t>(row)];
-  }
-
-  std::size_t axes_;
-  std::vector<std::vector<float>> entries_;
-  std::vector<std::vector<std::size_t>> first_; ///< by entry and row: where it begins
-};
+/// Of a component's own axis.
+inline const float* straight_of(const ResponseRows& rows, std::size_t axis, std::size_t at) {
+  return rows[symmetric_entry((rows.size() + 1) / 2, axis, axis)].row(at); // three of two axes, six of three
+}
 
 /// In which blocks of 16 cells a row of the image of a volume has cells of more than one modulus.
 class MixedCells {
@@ -237,7 +194,7 @@ public:
 
   /// The load of coarse planes `band` from fine rows: rows(first and last fine plane, use), which has
   /// use(row, plane, residual) called for each of these in turn. A coarse plane is written when it has its
-  /// three. `prescribed` is null where no component is.
+  /// three. `prescribed` is null where no component can be.
   template <typename Rows>
   void restrict_rows(const ElasticLevel& fine, const ResponseRows* prescribed, Band band,
                      const RingedGrid& coarse, RingedField& load, const Rows& rows) {
@@ -280,7 +237,7 @@ public:
         std::copy_n(residual.of[axis], fine.grid.sites.width, padded.of[axis]);
       });
       each_axis(prescribed != nullptr ? axes_ : 0, [&](std::size_t axis) {
-        rows_->keep_free(fine.grid.sites.width, prescribed->straight(axis, from.number(row, plane)),
+        rows_->keep_free(fine.grid.sites.width, straight_of(*prescribed, axis, from.index(row, plane)),
                          padded.of[axis]);
       });
       each_axis(axes_,

@@ -58,8 +58,8 @@ public:
     });
   }
 
-  /// The displacement of the image alone stays.
-  void forget_others() {
+  /// That of the image alone.
+  void keep_displacement() {
     RingedField displacement = std::move(at(0, ElasticField::displacement));
     levels_ = std::vector<std::array<RingedField, elastic_fields>>(1);
     at(0, ElasticField::displacement) = std::move(displacement);
@@ -97,10 +97,7 @@ public:
 
 protected:
   void do_load(ElasticHierarchy& hierarchy) override { fields_.load(hierarchy); }
-  void do_finish(VectorField& displacement) override {
-    fields_.forget_others();
-    read(0, ElasticField::displacement, displacement);
-  }
+  void do_end() final { fields_.keep_displacement(); }
 
   ElasticFields fields_;
 };

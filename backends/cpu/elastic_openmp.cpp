@@ -22,8 +22,10 @@ using openmp::ElasticRow;
 using openmp::ElasticRows;
 using openmp::MixedCells;
 using openmp::Planes;
+using openmp::response_of;
 using openmp::ResponseRows;
 using openmp::row_of;
+using openmp::straight_of;
 
 /// Threads share the planes of a level, each its own band; SIMD lanes share the sites of a row. What a site
 /// gets does not depend on either.
@@ -78,17 +80,16 @@ public:
 private:
   void do_load(ElasticHierarchy& hierarchy) override {
     ElasticInMemory::do_load(hierarchy);
-    responses_.clear();
-    for (ElasticLevel& level : hierarchy.levels) {
-      responses_.emplace_back(level);
+    responses_.assign(hierarchy.levels.size(), {});
+    for (std::size_t level = 0; level < responses_.size(); ++level) {
+      const RingedGrid& grid = hierarchy.levels[level].grid;
+      for (std::vector<float>& entry : hierarchy.levels[level].response) {
+        responses_[level].emplace_back(entry, grid.pitch, grid.plane / grid.pitch, RingedGrid::margin);
+      }
     }
     mixed_ = axes() == 3 ? MixedCells(hierarchy.levels.front()) : MixedCells();
     bands_.assign(static_cast<std::size_t>(threads_), ElasticBand(rows_, hierarchy, mixed_));
     sums_.resize(halves(grid(0).sites).sites());
-  }
-  void do_finish(VectorField& displacement) override {
-    responses_.clear();
-    ElasticInMemory::do_finish(displacement);
   }
 
   void relax_field(int level, ElasticField field) {
@@ -100,13 +101,12 @@ private:
       // other band's plane is kept as it was.
       work.keep_neighbours(here.grid, values, band);
 #pragma omp barrier
-      work.residuals(here, values, load_of(level, field), band, true,
-                     [&](int row, int plane, ConstElasticRow residual) {
-                       const std::size_t at = planes.index(row, plane);
-                       const ElasticRow to = row_of(here.grid, values, at);
-                       rows_.relax(axes(), here.grid.sites.width, to, residual,
-                                   responses(level).of(planes.number(row, plane)), to);
-                     });
+      work.residuals(
+          here, values, load_of(level, field), band, true, [&](int row, int plane, ConstElasticRow residual) {
+            const std::size_t at = planes.index(row, plane);
+            const ElasticRow to = row_of(here.grid, values, at);
+            rows_.relax(axes(), here.grid.sites.width, to, residual, response_of(responses(level), at), to);
+          });
     });
   }
 
@@ -117,7 +117,7 @@ private:
     for_each_row(here.grid, [&](int y, int z) {
       const std::size_t at = here.grid.index(0, y, z);
       rows_.relax(axes(), here.grid.sites.width, {}, row_of(here.grid, load, at),
-                  responses(level).of(y + here.grid.sites.height * z), row_of(here.grid, correction, at));
+                  response_of(responses(level), at), row_of(here.grid, correction, at));
     });
   }
 
@@ -131,7 +131,7 @@ private:
         const std::size_t at = planes.index(row, plane);
         each_axis(here.grid.axes(), [&](std::size_t axis) {
           std::copy_n(residual.of[axis], here.grid.sites.width, result[axis].data() + at);
-          rows_.keep_free(here.grid.sites.width, responses(0).straight(axis, planes.number(row, plane)),
+          rows_.keep_free(here.grid.sites.width, straight_of(responses(0), axis, at),
                           result[axis].data() + at);
         });
       });
@@ -236,7 +236,7 @@ private:
   [[nodiscard]] const ResponseRows& responses(int level) const {
     return responses_[static_cast<std::size_t>(level)];
   }
-  /// Null where components of the level cannot be prescribed.
+  /// Null where no component of the level can be prescribed.
   [[nodiscard]] const ResponseRows* prescribed(int level) const {
     return level == 0 || axes() == 3 ? &responses(level) : nullptr;
   }
@@ -264,8 +264,7 @@ private:
         if (from_zero) {
           std::fill_n(to, width, 0.0F);
         }
-        rows_.correct(width, rows, between,
-                      fixed != nullptr ? fixed->straight(axis, y + here.grid.sites.height * z) : nullptr, to);
+        rows_.correct(width, rows, between, fixed != nullptr ? straight_of(*fixed, axis, at) : nullptr, to);
       });
     });
   }

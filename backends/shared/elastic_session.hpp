@@ -77,12 +77,12 @@ public:
     take({.kind = Kind::write, .level = level, .to = field, .values = &values});
   }
   virtual void read(int level, ElasticField field, VectorField& values) const = 0;
-  /// Returns displacement and gives memory back as far as the session can: load() is next.
-  [[nodiscard]] VectorField finish() {
-    VectorField displacement;
-    do_finish(displacement);
-    hierarchy_ = {};
-    return displacement;
+  /// Gives memory back as far as the session can: displacement may be read, but else load() is next.
+  void end() {
+    for (ElasticLevel& level : hierarchy_.levels) {
+      level.grid = std::exchange(level, {}).grid;
+    }
+    do_end();
   }
 
   /// One damped Jacobi sweep over all sites at once: displacement (without a load) or correction (with the
@@ -138,7 +138,7 @@ protected:
 private:
   /// `hierarchy` is the session's own: it may give away what it does not read again.
   virtual void do_load(ElasticHierarchy& hierarchy) = 0;
-  virtual void do_finish(VectorField& displacement) { read(0, ElasticField::displacement, displacement); }
+  virtual void do_end() {}
 
   ElasticHierarchy hierarchy_;
 };

@@ -10,6 +10,7 @@
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/modulus.hpp"
+#include "kernels/data/shared_rows.hpp"
 
 #include <fmt/format.h>
 #ifdef __GLIBC__
@@ -17,11 +18,9 @@
 #endif
 
 #include <algorithm>
-#include <bit>
 #include <cmath>
-#include <cstdint>
-#include <iterator>
 #include <limits>
+#include <utility>
 #include <vector>
 
 namespace hdmbench {
@@ -77,24 +76,22 @@ double rms_difference(const VectorField& a, const VectorField& b) {
   return std::sqrt(squares / static_cast<double>(a.extent.sites()));
 }
 
-/// The fields of a scene that are read before and after it is solved. Of a volume they would be a third of
-/// what there is meanwhile, though most of their numbers are as the one before: as long as the object lives,
-/// runs of these stand for a field, where that saves at least half.
+/// The fields of a scene that nobody reads while it is solved, a third of what a volume would take: as long
+/// as the object lives their rows share memory.
 class SetAside {
 public:
   explicit SetAside(Scene& scene) {
-    Level& full = scene.full;
-    for (VectorField* const field : {&full.target, &full.confidence}) {
-      std::ranges::transform(field->planes, std::back_inserter(fields_),
-                             [](auto& plane) { return Field{&plane}; });
+    const auto take = [&](std::vector<float>& values) {
+      const Extent extent = scene.extent();
+      fields_.emplace_back(&values, SharedRows(values, static_cast<std::size_t>(extent.width),
+                                               static_cast<std::size_t>(extent.height)));
+    };
+    for (VectorField* const field : {&scene.full.target, &scene.full.confidence}) {
+      std::ranges::for_each(field->planes, take);
     }
-    for (ScalarField* const field : {&full.modulus, &full.inverse_modulus, &scene.picture}) {
-      fields_.push_back({&field->values});
-    }
-#pragma omp parallel for schedule(dynamic)
-    for (Field& field : fields_) {
-      take(field);
-    }
+    take(scene.full.modulus.values);
+    take(scene.full.inverse_modulus.values);
+    take(scene.picture.values);
 #ifdef __GLIBC__
     malloc_trim(0); // what set-up left between arrays that are still there
 #endif
@@ -102,46 +99,13 @@ public:
   SetAside(const SetAside&) = delete;
   SetAside& operator=(const SetAside&) = delete;
   ~SetAside() {
-#pragma omp parallel for schedule(dynamic)
-    for (const Field& field : fields_) {
-      put_back(field);
+    for (const auto& [values, rows] : fields_) {
+      *values = rows.values();
     }
   }
 
 private:
-  struct Run {
-    float value;
-    std::size_t end;
-  };
-  struct Field {
-    std::vector<float>* values;
-    std::vector<Run> runs{}; ///< empty: they stay where they are
-  };
-
-  static void take(Field& field) {
-    const std::vector<float>& values = *field.values;
-    const auto differ = [](float a, float b) {
-      return std::bit_cast<std::uint32_t>(a) != std::bit_cast<std::uint32_t>(b);
-    };
-    for (auto at = values.begin(); at != values.end();) {
-      at = std::adjacent_find(at, values.end(), differ);
-      at += at != values.end() ? 1 : 0;
-      if (sizeof(Run) * (field.runs.size() + 1) > sizeof(float) * values.size() / 2) {
-        field.runs = std::vector<Run>();
-        return;
-      }
-      field.runs.push_back({*std::prev(at), static_cast<std::size_t>(at - values.begin())});
-    }
-    *field.values = std::vector<float>(); // {} would keep the memory
-  }
-  static void put_back(const Field& field) {
-    field.values->reserve(field.runs.empty() ? 0 : field.runs.back().end);
-    for (const Run& run : field.runs) {
-      field.values->resize(run.end, run.value);
-    }
-  }
-
-  std::vector<Field> fields_;
+  std::vector<std::pair<std::vector<float>*, SharedRows>> fields_;
 };
 
 class Planner {

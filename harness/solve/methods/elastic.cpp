@@ -39,9 +39,8 @@ ElasticSolver::ElasticSolver(const Level& full, double poisson, ElasticSession& 
   const auto load_sheet = [&](Springs springs) {
     load(timed(timings_.projection, [&] { return make_elastic_hierarchy(full, poisson, springs); }));
   };
-  load_sheet(Springs::none);
-  start_ = timed(timings_.projection,
-                 [&] { return extended_conditions(full); }); // when set-up has its peak behind it
+  load_sheet(Springs::none); // what the hierarchy is made with has gone when the next field comes
+  start_ = timed(timings_.projection, [&] { return extended_conditions(full); });
   timed(timings_.upload, [&] { session_.write(0, ElasticField::displacement, start_); });
   if (!sprung_) {
     start_ = VectorField(); // the session has it, and in large images its 8 bytes a site count
@@ -252,18 +251,17 @@ ElasticSolver::Step ElasticSolver::conjugate_gradients() {
 VectorField ElasticSolver::displacement() const {
   VectorField field;
   session_.read(0, ElasticField::displacement, field);
-  return from_start(std::move(field));
+  if (sprung_) {
+    for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
+      std::ranges::transform(field[axis], start_[axis], field[axis].begin(), std::plus<>());
+    }
+  }
+  return field;
 }
 
 VectorField ElasticSolver::result() {
-  return from_start(session_.finish());
-}
-
-VectorField ElasticSolver::from_start(VectorField way) const {
-  for (std::size_t axis = 0; sprung_ && axis < way.extent.axes(); ++axis) {
-    std::ranges::transform(way[axis], start_[axis], way[axis].begin(), std::plus<>());
-  }
-  return way;
+  session_.end();
+  return displacement();
 }
 
 double ElasticSolver::settle(const Level& full, const std::vector<RigidMotion>& motions) {

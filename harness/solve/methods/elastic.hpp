@@ -67,7 +67,6 @@ public:
 
 private:
   void load(ElasticHierarchy hierarchy);
-  [[nodiscard]] VectorField from_start(VectorField way) const;
   /// What corrections are made from: the residual of displacement.
   void find_load();
   /// Takes the correction of the image.
