@@ -208,7 +208,7 @@ private:
       for (auto level = hierarchy.levels.begin(); level != first; ++level) { // nothing is asked of them
         *level = empty_level(first->grid.sites, level->moments.size());
       }
-      load_into(coarse_, std::move(hierarchy));
+      load_into(coarse_, hierarchy);
     }
   }
 

@@ -133,7 +133,7 @@ private:
     if (fault_.in_hierarchy) {
       fault_.in_hierarchy(hierarchy);
     }
-    sound_->load(std::move(hierarchy));
+    sound_->load(hierarchy);
   }
 
   std::unique_ptr<ElasticSession> sound_;
