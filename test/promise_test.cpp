@@ -138,7 +138,7 @@ Scene varied_scene(std::uint64_t seed, int fewest = 32, int most = 72, std::size
   return scene;
 }
 
-Plan plan(const Scene& scene, double asked) {
+Plan plan(Scene scene, double asked) {
   return solve_as_needed(scene, {.accuracy = asked}, test::find("openmp"), {}, test::silent());
 }
 
