@@ -147,7 +147,7 @@ CellMatrix cell_matrix(const ElasticLevel& level, std::size_t index, const Elast
                                 : matrix_at<Elastic>(level, index, hierarchy.ratio);
 }
 
-void add_masked_cells(ElasticLevel& level, int y, int z, float weight) {
+void add_masked_cells(ElasticLevel& level, int y, int z, const std::function<float(int, int, int)>& weight) {
   const std::size_t axes = level.grid.axes();
   const std::size_t row = level.grid.index(0, y, z);
   for (int number = 0; number < 2 << (axes - 2); ++number) {
@@ -155,13 +155,14 @@ void add_masked_cells(ElasticLevel& level, int y, int z, float weight) {
         axes == 2 ? 1 - number : number; // in an image those of the row of cells above go first
     const auto [first, last] = level.masked.row(y - beside % 2, z - beside / 2);
     for (std::size_t i = first; i < last; ++i) {
+      const float times = weight(level.masked.x[i], y - beside % 2, z - beside / 2);
       for (std::size_t right = 0; right < 2; ++right) {
         const std::size_t own = axes * (right + 2 * static_cast<std::size_t>(beside));
         const std::size_t site = row + static_cast<std::size_t>(level.masked.x[i]) + right;
         for (std::size_t a = 0; a < axes; ++a) {
           for (std::size_t b = a; b < axes; ++b) {
             level.response[symmetric_entry(axes, a, b)][site] +=
-                weight * level.masked.matrix(i)[level.masked.components * (own + a) + own + b];
+                times * level.masked.matrix(i)[level.masked.components * (own + a) + own + b];
           }
         }
       }
@@ -203,7 +204,7 @@ void set_response(ElasticLevel& level, const InFloat::Ratios& ratio, const Presc
   for (int y = 0; y < grid.sites.height; ++y) {
     const ResponseRow row = row_of(level, y);
     set_stiffness(row, {level, y - 1}, {level, y}, ratio);
-    add_masked_cells(level, y, 0, 1.0F);
+    add_masked_cells(level, y, 0, [](int, int, int) { return 1.0F; });
     if (prescribed != nullptr) {
       const std::size_t first = grid.index(0, y);
       leave_out(row, prescribed->component[0].data() + first, prescribed->component[1].data() + first);

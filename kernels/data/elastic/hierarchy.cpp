@@ -256,12 +256,6 @@ bool is_coarsest(Extent sites) {
   return std::max({sites.width, sites.height, sites.depth}) - 1 <= most_coarsest_cells(sites.axes());
 }
 
-/// Whether cells of a volume may stick out of it along an axis by more than half, there being one only. In D
-/// they count as cells of which most has no modulus.
-bool may_stick_out(Extent cells) {
-  return std::min({cells.width, cells.height, cells.depth}) == 1;
-}
-
 /// `spring_at` is null where there are no springs.
 template <typename SpringAt>
 ElasticHierarchy hierarchy_of(const Level& full, double poisson, const SpringAt* spring_at) {
@@ -282,10 +276,14 @@ ElasticHierarchy hierarchy_of(const Level& full, double poisson, const SpringAt*
     kinds = add_springs(image, hierarchy, force_unit(full.extent.axes(), poisson), *spring_at);
   }
   const auto respond = [&](ElasticLevel& level, bool is_image) {
-    if (is_volume && !is_image && may_stick_out(level.grid.cells())) {
-      set_volume_response(level, VolumeRelaxation(poisson, most_contrast), prescribed);
-    } else if (is_volume) {
-      set_volume_response(level, *relaxation, prescribed);
+    if (is_volume) {
+      const auto number = is_image ? 0 : static_cast<int>(hierarchy.levels.size());
+      const std::array<int, 3> cells = level.grid.cells().sides();
+      std::array<int, 3> whole = cells;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        whole[axis] -= cells[axis] << number > full.extent.sides()[axis] - 1 ? 1 : 0;
+      }
+      set_volume_response(level, *relaxation, whole, prescribed);
     } else {
       set_response(level, hierarchy.ratio, is_image ? &prescribed : nullptr);
     }

@@ -4,6 +4,7 @@
 
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 namespace hdmbench {
@@ -31,29 +32,28 @@ void set_volume_parents(ElasticLevel& level, const ElasticLevel& fine);
 /// inverse of a site's own 2 x 2 stiffness. `prescribed` is null but on the image, and its components do not
 /// respond.
 void set_response(ElasticLevel& level, const ElasticInFloat::Ratios& ratio, const Prescribed* prescribed);
-/// Beyond this contrast the eigenvalues of a cell change no more.
-inline constexpr double most_contrast = 1e6;
-
 /// How far a sweep goes towards the minimum of each site of a volume, D being what its own stiffness is taken
 /// for: K <= largest eigenvalue of D^-1 K holds cell by cell, so no wave grows whose cells do not let it.
 /// Cells of one modulus have the same one; others of the image at most that of the worst of all patterns of
 /// two moduli, and count as much more in D. On coarse levels they count alike: the eigenvalues there were
-/// found to be smaller (0 to 2 more conjugate gradients than without that weight).
+/// found to be smaller (0 to 2 more conjugate gradients than without that weight). Cells that stick out of
+/// the volume count as if most of them had no modulus: a long sheet or rod would let waves grow without that.
 struct VolumeRelaxation {
-  /// `contrast`: the stiffest over the softest modulus; at most most_contrast counts. 0 <= poisson < 0.5.
+  /// `contrast`: the stiffest over the softest modulus. 0 <= poisson < 0.5.
   VolumeRelaxation(double poisson, double contrast);
 
   float lame;
-  float factor; ///< 1.9 / the largest eigenvalue of D^-1 K of a cell of one modulus
-  float weight; ///< of cells of more than one: their largest eigenvalue over that
+  float factor;        ///< 1.9 / the largest eigenvalue of D^-1 K of a cell of one modulus
+  float weight;        ///< of cells of more than one: their largest eigenvalue over that
+  float weight_beyond; ///< of cells that stick out
 };
-/// The same of a volume, on every level.
+/// The same of a volume, on every level. So many cells along each axis are `whole`: the others stick out.
 void set_volume_response(ElasticLevel& level, const VolumeRelaxation& relaxation,
-                         const Prescribed& prescribed);
+                         const std::array<int, 3>& whole, const Prescribed& prescribed);
 
-/// Adds what the masked cells beside the sites of row (y, z), each `weight` times, are to the stiffness of
-/// these, which lies where their response will.
-void add_masked_cells(ElasticLevel& level, int y, int z, float weight);
+/// Adds what the masked cells beside the sites of row (y, z), each weight(x, y, z) times, are to the
+/// stiffness of these, which lies where their response will.
+void add_masked_cells(ElasticLevel& level, int y, int z, const std::function<float(int, int, int)>& weight);
 
 /// The matrix of a cell of an image, or of a volume.
 [[nodiscard]] CellMatrix matrix_of(const Elastic<double>::CellMoments& moments,

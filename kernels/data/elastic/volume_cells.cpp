@@ -165,13 +165,18 @@ HDM_WIDE_VECTORS void add_corners(Stiffness& sum, const CellRow& cells, std::siz
   }
 }
 
-/// Cells of more than one modulus count `weight` times.
-void weigh_mixed(CellRow& cells, float weight) {
+/// Cells x, x + 1, ... of more than one modulus count weight(x, y, z) times.
+template <typename Weight>
+void weigh_mixed(CellRow& cells, int x, int y, int z, const Weight& weight) {
+  std::array<float, lanes + 1> weights;
   std::array<float, lanes + 1> factor;
   factor.fill(1.0F);
+  for (std::size_t i = 0; i <= lanes; ++i) {
+    weights[i] = weight(x + static_cast<int>(i), y, z);
+  }
   for (const std::size_t place : odd_places) {
     for (std::size_t i = 0; i <= lanes; ++i) {
-      factor[i] = cells[place][i] != 0.0F ? weight : factor[i];
+      factor[i] = cells[place][i] != 0.0F ? weights[i] : factor[i];
     }
   }
   for (auto& row : cells) {
@@ -182,7 +187,9 @@ void weigh_mixed(CellRow& cells, float weight) {
 }
 
 /// The stiffness of sites x, x + 1, ... of row (y, z), masked cells left out.
-Stiffness stiffness_of(const ElasticLevel& level, int x, int y, int z, const VolumeRelaxation& relaxation) {
+template <typename Weight>
+Stiffness stiffness_of(const ElasticLevel& level, int x, int y, int z, const VolumeRelaxation& relaxation,
+                       const Weight& weight) {
   Stiffness sum{};
   if (level.moments.size() == 1) {
     const float modulus = one_modulus(level, x - 1, y - 1, z - 1);
@@ -199,7 +206,7 @@ Stiffness stiffness_of(const ElasticLevel& level, int x, int y, int z, const Vol
     const int above = row % 2;
     const int near = row / 2;
     read_cells(level, x - 1, 1, y - 1 + above, z - 1 + near, cells);
-    weigh_mixed(cells, relaxation.weight);
+    weigh_mixed(cells, x - 1, y - 1 + above, z - 1 + near, weight);
     const float b = above == 0 ? 1.0F : -1.0F;
     const float c = near == 0 ? 1.0F : -1.0F;
     add_corners(sum, cells, 0, 1.0F, b, c, relaxation.lame);
@@ -321,37 +328,48 @@ void set_volume_parents(ElasticLevel& level, const ElasticLevel& fine) {
 }
 
 VolumeRelaxation::VolumeRelaxation(double poisson, double contrast)
-    : lame(VolumeInFloat::poisson_ratio(poisson).lame), weight(1.0F) {
-  std::array<double, 8> moduli;
-  moduli.fill(1.0);
+    : lame(VolumeInFloat::poisson_ratio(poisson).lame) {
   const Elastic<double>::Ratios ratio = Elastic<double>::poisson_ratio(poisson);
-  const double uniform = largest_eigenvalue(moduli, ratio);
+  // The stiff corners, a bit each: all patterns but for turns and reflections.
+  constexpr std::array<unsigned, 20> patterns{1,   3,   7,   9,   15,  23,  39,  41,  67,  105,
+                                              126, 129, 135, 188, 195, 214, 246, 248, 252, 254};
+  const auto largest = [&](double stiff) {
+    double most = 0.0;
+    for (const unsigned pattern : patterns) {
+      std::array<double, 8> moduli;
+      for (unsigned corner = 0; corner < 8; ++corner) {
+        moduli[corner] = (pattern >> corner & 1) != 0 ? stiff : 1.0;
+      }
+      most = std::max(most, largest_eigenvalue(moduli, ratio));
+    }
+    return most;
+  };
+  constexpr double most_contrast = 1e6; // beyond it the eigenvalues change no more
+  const double uniform = largest_eigenvalue({1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0}, ratio);
   constexpr double share_of_limit = 1.9; // a wave grows from 2 on
   factor = static_cast<float>(share_of_limit / uniform);
-  constexpr unsigned patterns = 255;
-  for (unsigned stiff = 1; stiff < patterns && contrast > 1.0; ++stiff) {
-    for (unsigned corner = 0; corner < 8; ++corner) {
-      moduli[corner] = (stiff >> corner & 1) != 0 ? std::min(contrast, most_contrast) : 1.0;
-    }
-    weight = std::max(weight, static_cast<float>(largest_eigenvalue(moduli, ratio) / uniform));
-  }
+  weight = contrast > 1.0 ? static_cast<float>(largest(std::min(contrast, most_contrast)) / uniform) : 1.0F;
+  weight_beyond = static_cast<float>(largest(most_contrast) / uniform);
 }
 
 void set_volume_response(ElasticLevel& level, const VolumeRelaxation& relaxation,
-                         const Prescribed& prescribed) {
+                         const std::array<int, 3>& whole, const Prescribed& prescribed) {
   const RingedGrid& grid = level.grid;
+  const auto weight = [&](int x, int y, int z) {
+    return x < whole[0] && y < whole[1] && z < whole[2] ? relaxation.weight : relaxation.weight_beyond;
+  };
 #pragma omp parallel for schedule(dynamic) if (grid.sites.sites() > sites_worth_threads / 8)
   for (int z = 0; z < grid.sites.depth; ++z) {
     for (int y = 0; y < grid.sites.height; ++y) {
       const std::size_t row = grid.index(0, y, z);
       const auto width = static_cast<std::size_t>(grid.sites.width);
       for (std::size_t x = 0; x < width; x += lanes) {
-        const Stiffness sum = stiffness_of(level, static_cast<int>(x), y, z, relaxation);
+        const Stiffness sum = stiffness_of(level, static_cast<int>(x), y, z, relaxation, weight);
         for (std::size_t entry = 0; entry < 6; ++entry) {
           std::copy_n(sum[entry].data(), std::min(lanes, width - x), level.response[entry].data() + row + x);
         }
       }
-      add_masked_cells(level, y, z, relaxation.weight);
+      add_masked_cells(level, y, z, weight);
       for (std::size_t site = row; site < row + width; ++site) {
         std::array<float, 6> stiffness;
         for (std::size_t entry = 0; entry < 6; ++entry) {
