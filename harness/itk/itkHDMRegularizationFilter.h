@@ -114,7 +114,8 @@ public:
   /** K > 0, the weight of the observation. Default 1000. */
   itkSetMacro(Penalty, double);
   itkGetConstMacro(Penalty, double);
-  /** "scalar", "openmp" (default), "gl-fragment", "gl-fragment-osmesa", "gl-compute", "vulkan-compute". */
+  /** "scalar", "openmp" (default), "gl-fragment", "gl-fragment-osmesa", "gl-compute", "vulkan-compute",
+   * "opencl". */
   itkSetStringMacro(Backend);
   itkGetStringMacro(Backend);
   /** Part of the device's name, or its number; empty (default): the first hardware. */
