@@ -59,12 +59,16 @@ public:
       : problem_(problem), nodes_(std::size_t{1} << problem.extent.axes()),
         size_(as_index(problem.extent.axes() * nodes_)), of_one_(ElementMatrix::Zero(size_, size_)),
         per_node_(nodes_, of_one_) {
+    const std::size_t axes = problem.extent.axes();
+    const ElementVector divergence = strain_matrix(axes, {}).topRows(as_index(axes)).colwise().sum();
     for (const QuadraturePoint& point : rule.points) {
-      const Eigen::MatrixXd strain = strain_matrix(problem.extent.axes(), point.at);
+      const Eigen::MatrixXd strain = strain_matrix(axes, point.at);
       // The area or volume of an element is 1, that of the unit coordinates is the number of nodes.
       per_node_[point.node] +=
           point.weight / static_cast<double>(nodes_) * strain.transpose() * rule.elasticity * strain;
     }
+    of_mean_ = rule.lame_at_centre * divergence * divergence.transpose();
+    of_one_ = of_mean_;
     for (const ElementMatrix& part : per_node_) {
       of_one_ += part;
     }
@@ -96,9 +100,15 @@ public:
         }
         if (!is_uniform) {
           stiffness.setZero();
+          double softest = first;
+          double sum = 0.0;
           for (std::size_t node = 0; node < nodes_; ++node) {
-            stiffness += problem_.modulus[components[axes * node] / axes] * per_node_[node];
+            const double own = problem_.modulus[components[axes * node] / axes];
+            stiffness += own * per_node_[node];
+            softest = std::min(softest, own);
+            sum += own;
           }
+          stiffness += std::min(sum / static_cast<double>(nodes_), 2.0 * softest) * of_mean_;
         } else if (first != modulus) {
           stiffness = first * of_one_;
         }
@@ -113,6 +123,7 @@ private:
   std::size_t nodes_;
   Eigen::Index size_;
   ElementMatrix of_one_;                ///< with modulus 1
+  ElementMatrix of_mean_;               ///< what resists the mean divergence
   std::vector<ElementMatrix> per_node_; ///< with modulus 1 near one node and 0 else
 };
 
@@ -207,9 +218,9 @@ Point place(Extent extent, std::size_t site) {
           static_cast<double>(site / (width * height))};
 }
 
-ElementRule ElementRule::of(Extent extent, double poisson_ratio) {
+ElementRule ElementRule::of(Extent extent, const ElasticModel& model) {
   const std::size_t axes = extent.axes();
-  const double nu = poisson_ratio;
+  const double nu = model.poisson;
   if (!(nu > -1.0 && (nu < 0.5 || (nu == 0.5 && axes == 2)))) {
     throw InputError(fmt::format("the Poisson ratio is {}, it must be above -1 and {} 0.5", nu,
                                  axes == 2 ? "at most" : "in a volume below"));
@@ -222,7 +233,9 @@ ElementRule ElementRule::of(Extent extent, double poisson_ratio) {
   ElementRule rule;
   rule.elasticity = Eigen::MatrixXd::Identity(strains, strains) * (twice_shear / 2.0);
   rule.elasticity.topLeftCorner(normal, normal).diagonal().setConstant(twice_shear);
-  rule.elasticity.topLeftCorner(normal, normal).array() += lame;
+  const bool is_full = axes == 2 || model.integration == Integration::full;
+  rule.elasticity.topLeftCorner(normal, normal).array() += is_full ? lame : 0.0;
+  rule.lame_at_centre = is_full ? 0.0 : lame;
   for (std::size_t node = 0; node < std::size_t{1} << axes; ++node) {
     QuadraturePoint& point = rule.points.emplace_back();
     point.node = node;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "kernels/data/level.hpp"
+#include "kernels/data/modulus.hpp"
 #include "reference/finite_elements.hpp"
 #include "reference/interpolation.hpp"
 #include "reference/sparse_solver.hpp"
@@ -29,11 +29,15 @@ struct QuadraturePoint {
 struct ElementRule {
   /// Stress (xx, yy, xy; xx, yy, zz, xy, xz, yz) from strain with engineering shears, for Young's modulus 1.
   Eigen::MatrixXd elasticity;
+  /// Pressure by the divergence at an element's centre, which is its mean, for the same modulus; beside
+  /// `elasticity`. An element of several moduli has their mean there, but at most twice the softest
+  /// (volume.inc).
+  double lame_at_centre = 0.0;
   std::vector<QuadraturePoint> points;
 
-  /// Of an image plane stress with 2 x 2 Gauss points, -1 < poisson_ratio <= 0.5; of a volume isotropic
-  /// elasticity with 2 x 2 x 2, -1 < poisson_ratio < 0.5; or InputError.
-  static ElementRule of(Extent extent, double poisson_ratio);
+  /// Of an image plane stress with 2 x 2 Gauss points, -1 < Poisson's ratio <= 0.5; of a volume isotropic
+  /// elasticity with 2 x 2 x 2, -1 < Poisson's ratio < 0.5; or InputError.
+  static ElementRule of(Extent extent, const ElasticModel& model);
 };
 
 /// A body whose nodes are the sites of a grid: a sheet of square elements of side 1 between the pixels of an

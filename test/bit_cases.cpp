@@ -400,10 +400,11 @@ std::string other_field(const ElasticSession& found, const ElasticSession& expec
 
 ElasticCase elastic_case(Extent extent, Tissue tissue, Held held, double contrast, double poisson,
                          std::uint64_t seed) {
-  return {fmt::format("elastic_level({{{}, {}, {}}}, Tissue({}), Held({}), {}, {}), Poisson ratio {}",
+  const ElasticModel model{poisson, seed % 2 == 0 ? Integration::full : Integration::selective_reduced};
+  return {fmt::format("elastic_level({{{}, {}, {}}}, Tissue({}), Held({}), {}, {}), {{{}, Integration({})}}",
                       extent.width, extent.height, extent.depth, static_cast<int>(tissue),
-                      static_cast<int>(held), contrast, seed, poisson),
-          make_elastic_hierarchy(elastic_level(extent, tissue, held, contrast, seed), poisson)};
+                      static_cast<int>(held), contrast, seed, poisson, seed % 2),
+          make_elastic_hierarchy(elastic_level(extent, tissue, held, contrast, seed), model)};
 }
 
 } // namespace

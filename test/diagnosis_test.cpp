@@ -157,9 +157,12 @@ TEST(BeforeTheRun, AVolumeThatHardlyChangesItsSizeIsNamed) {
                                                 {Extent{8, 8, 8}, 0.45, false},
                                                 {Extent{8, 8}, 0.49, false}}) {
     Scene scene = pulled_scene(extent, 10.0F);
-    scene.poisson = ratio;
+    scene.elastic.poisson = ratio;
     use_energy(scene, find_energy("elastic"));
     EXPECT_EQ(has(diagnose(scene), "nearly-incompressible"), is_named) << extent.text() << ", " << ratio;
+    EXPECT_EQ(has(diagnose(scene), "locking"), extent.axes() == 3 && ratio >= 0.45) << ratio;
+    scene.elastic.integration = Integration::selective_reduced;
+    EXPECT_FALSE(has(diagnose(scene), "locking"));
   }
 }
 

@@ -59,13 +59,13 @@ const std::vector<Displacement> affine_fields{
 };
 
 /// Patch test, pixels. `soft_site`: the modulus of one site amid 1.
-double patch_error(Extent extent, double nu, double soft_site = 1.0) {
+double patch_error(Extent extent, const ElasticModel& model, double soft_site = 1.0) {
   double largest = 0.0;
   for (const Displacement& affine : affine_fields) {
     ElasticProblem problem = clamped_body(extent, unit_modulus, affine);
     problem.modulus[extent.index(1, 1, extent.axes() == 2 ? 0 : 1)] = soft_site;
     largest =
-        std::max(largest, largest_difference(solve_finite_elements(problem, ElementRule::of(extent, nu)),
+        std::max(largest, largest_difference(solve_finite_elements(problem, ElementRule::of(extent, model)),
                                              problem.prescribed));
   }
   return largest;
@@ -165,6 +165,7 @@ TEST(FiniteElements, AffineBorderGivesTheAffineField) {
   for (const Extent extent : {Extent{5, 5}, {9, 4}, {3, 11}, {5, 4, 3}, {3, 3, 9}}) {
     for (const double nu : {-0.5, 0.0, 0.3, 0.49}) {
       EXPECT_LT(patch_error(extent, nu), 1e-10) << "nu " << nu;
+      EXPECT_LT(patch_error(extent, {nu, Integration::selective_reduced}), 1e-10) << "nu " << nu;
     }
     EXPECT_GT(patch_error(extent, 0.3, 0.5), 1e-3) << "a soft site went unseen";
   }
@@ -182,6 +183,10 @@ TEST(FiniteElements, ManufacturedSolutionsConvergeWithOrderTwo) {
     }
   }
   EXPECT_LT(manufactured_error(ElementRule::of(small_sheet, 0.3), 0.3, 65, true), 1e-3);
+  for (const double nu : {0.3, 0.499}) {
+    const ElementRule rule = ElementRule::of(small_block, {nu, Integration::selective_reduced});
+    EXPECT_GE(observed_order(rule, nu, 17, true), 1.9) << "selective reduced integration, nu " << nu;
+  }
 }
 
 TEST(FiniteElements, EveryGaussPointHasTheModulusOfItsPixel) {

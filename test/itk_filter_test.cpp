@@ -157,7 +157,7 @@ TEST(ItkFilter, GivesWhatSolveGives) {
 }
 
 void use_elastic(Scene& scene) {
-  scene.poisson = 0.2;
+  scene.elastic.poisson = 0.2;
   use_method(scene, find_method(elastic_conjugate_gradients), 9);
 }
 
@@ -172,7 +172,7 @@ TEST(ItkFilter, EverySettingReachesTheSolver) {
          p.filter->SetPoissonRatio(0.2);
        },
        use_elastic},
-      {[](auto& p) { p.filter->SetPoissonRatio(0.3); }, [](auto& s) { s.poisson = 0.3; }}};
+      {[](auto& p) { p.filter->SetPoissonRatio(0.3); }, [](auto& s) { s.elastic.poisson = 0.3; }}};
   Pipeline pipeline;
   VectorField before = pipeline.result();
   int row = 0;

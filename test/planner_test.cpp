@@ -29,7 +29,7 @@ Solution solved(const Scene& scene) {
 }
 
 ReferenceField truth_of(const Scene& scene) {
-  return solve_finite_elements(elastic_problem(scene.full), ElementRule::of(scene.extent(), scene.poisson));
+  return solve_finite_elements(elastic_problem(scene.full), ElementRule::of(scene.extent(), scene.elastic));
 }
 
 /// Pixels from the truth.
@@ -47,7 +47,7 @@ Scene scene_of(Level level, std::string_view method, int effort, double poisson 
   Scene scene;
   scene.name = "test";
   scene.full = std::move(level);
-  scene.poisson = poisson;
+  scene.elastic.poisson = poisson;
   use_method(scene, find_method(method, &find_energy("elastic")), effort);
   return scene;
 }

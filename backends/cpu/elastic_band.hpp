@@ -377,6 +377,7 @@ private:
     }
     std::ranges::copy(sites, row.sites);
     row.ratio = ratio_;
+    row.bend = level.bend;
     row.cells = level.grid.sites.width - 1;
     for (std::size_t i = 0; i < std::size(row.made); ++i) {
       row.made[i] = made_.data() + i * pitch_ + RingedGrid::margin;

@@ -59,11 +59,12 @@ HDM_FUNCTION void volume_at(const CellRow<3>& row, int i) {
 
 HDM_FUNCTION void of_moduli_at(const CellRow<3>& row, int i) {
   const auto moduli = corners_at<3>([&](int number) HDM_INLINED { return row.moments[number]; }, i);
-  Volume::for_each_force(Volume::image_cell(moduli), displacements_at(row, i), row.ratio, stored_at(row, i));
+  Volume::for_each_force(Volume::image_cell(moduli, row.bend), displacements_at(row, i), row.ratio,
+                         stored_at(row, i));
 }
 
 HDM_FUNCTION void uniform_at(const CellRow<3>& row, int i) {
-  Volume::for_each_force_of_uniform(row.moments[0][i], displacements_at(row, i), row.ratio,
+  Volume::for_each_force_of_uniform(row.moments[0][i], displacements_at(row, i), row.ratio, row.bend,
                                     stored_at(row, i));
 }
 

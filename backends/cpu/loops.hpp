@@ -41,6 +41,7 @@ struct CellRow {
   const float* moments[axes == 2 ? 6 : 23];
   ConstElasticRow sites[2 << (axes - 2)]; ///< displacements of the rows at its corners: y, then z
   ElasticInFloat::Ratios ratio;
+  float bend; ///< ElasticLevel::bend
   int cells;
   /// Written: of an image the CellTension, of a volume the force on each corner, component by component.
   float* made[axes == 2 ? 5 : 24];

@@ -184,7 +184,7 @@ private:
     const auto height = static_cast<GLfloat>(p.from.height);
     if (axes_ == 3) {
       gl_.Uniform3f(kernel.extent, width, height, static_cast<GLfloat>(p.from.depth));
-      gl_.Uniform4f(kernel.numbers, p.lame, 0.0F, p.factor, 0.0F);
+      gl_.Uniform4f(kernel.numbers, p.lame, p.shear, p.factor, 0.0F);
       texture(call.from).tell_slices(kernel.from_slices);
       texture(call.second).tell_slices(kernel.second_slices);
       to.tell_slices(kernel.to_slices);

@@ -165,7 +165,8 @@ private:
                                       .layer = static_cast<std::int32_t>(part.layer)};
     };
     const ElasticParameters parameters{.nu = hierarchy().ratio.nu,
-                                       .shear = hierarchy().ratio.shear,
+                                       .shear = is_volume_ ? hierarchy().levels.front().bend
+                                                           : hierarchy().ratio.shear,
                                        .lame = hierarchy().ratio.lame,
                                        .plane = static_cast<std::int32_t>(layout_.size),
                                        .moments_from = static_cast<std::int32_t>(layout_.moments_from()),
@@ -212,7 +213,7 @@ private:
   [[nodiscard]] ElasticTogether together(std::span<const ElasticCall> calls) const {
     const ElasticLayout::Part& finest = layout_.levels[static_cast<std::size_t>(coarse_)];
     ElasticTogether coarse{.nu = hierarchy().ratio.nu,
-                           .shear = hierarchy().ratio.shear,
+                           .shear = is_volume_ ? hierarchy().levels.front().bend : hierarchy().ratio.shear,
                            .lame = hierarchy().ratio.lame,
                            .plane = static_cast<std::int32_t>(layout_.size),
                            .moments_from = static_cast<std::int32_t>(layout_.moments_from()),

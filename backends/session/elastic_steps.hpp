@@ -114,8 +114,8 @@ struct ElasticParameters {
     std::int32_t layer = 0;
   };
   float nu = 0.0F;
-  float shear = 0.0F;
-  float lame = 0.0F;             ///< in place of both in a volume
+  float shear = 0.0F;            ///< in a volume ElasticLevel::bend of the finest level
+  float lame = 0.0F;             ///< of a volume
   std::int32_t plane = 0;        ///< floats from the plane of a component to the next
   std::int32_t moments_from = 0; ///< sites before the first level with moments, in a volume the second
   float factor = 0.0F;

@@ -353,7 +353,7 @@ IteratedRegistration register_iteratively(const ScalarField& source, const Scala
     if (displacement.extent != pictures.source.extent) {
       displacement = doubled(displacement, pictures.source.extent);
     }
-    LevelRegistration registration(pictures, scene.poisson, options, level, session);
+    LevelRegistration registration(pictures, scene.elastic.poisson, options, level, session);
     result.converged = false;
     for (int iteration = 0; iteration < options.iterations && !result.converged; ++iteration) {
       progress.describe(fmt::format("register: {}, iteration {}", displacement.extent.text(), iteration + 1));

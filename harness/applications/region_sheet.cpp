@@ -123,7 +123,7 @@ double ModulusProblem::misfit(std::span<const double> logarithms, const VectorFi
 }
 
 RegionSheet::RegionSheet(const ScalarField& region, const Scene& scene, ElasticSession& session)
-    : poisson_(scene.poisson), image_(scene.extent()), session_(session) {
+    : poisson_(scene.elastic.poisson), image_(scene.extent()), session_(session) {
   if (region.extent != image_) {
     throw InputError(
         fmt::format("detection: the scene is {} pixels, the region {}", image_.text(), region.extent.text()));

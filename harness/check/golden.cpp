@@ -180,7 +180,7 @@ GoldenInputs hash_inputs(const Scene& scene) {
   hash.add(scene.start_field());
   GoldenInputs inputs{.scene = hash.value(), .levels = {}};
   if (scene.energy->is_of_cells()) {
-    inputs.levels = {hierarchy_hash(make_elastic_hierarchy(scene.full, scene.poisson))};
+    inputs.levels = {hierarchy_hash(make_elastic_hierarchy(scene.full, scene.elastic))};
   } else {
     LevelSequence levels(scene);
     for (const int index : levels.order()) {

@@ -82,7 +82,7 @@ double mean_energy_of(const Scene& scene, const VectorField& displacement) {
     return mean_energy(scene.full, displacement);
   }
   const double twice = elastic_energy(elastic_problem(scene.full),
-                                      ElementRule::of(scene.extent(), scene.poisson), displacement);
+                                      ElementRule::of(scene.extent(), scene.elastic), displacement);
   return twice / 2.0 / static_cast<double>(scene.extent().sites());
 }
 

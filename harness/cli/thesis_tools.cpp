@@ -87,7 +87,7 @@ int run_tune(Call& call) {
   const Backend& backend = choose_backend(call, registry, scene);
   Progress progress;
   progress.describe(fmt::format("tune {}: the truth", scene.name));
-  const Truth truth = against_elements ? Truth{find_finite_elements(scene.full, scene.poisson)}
+  const Truth truth = against_elements ? Truth{find_finite_elements(scene.full, scene.elastic)}
                                        : read_truth(call, scene.extent());
   const auto session = backend.open(call.session());
   int evaluation = 0;
@@ -107,7 +107,8 @@ int run_tune(Call& call) {
   const Evaluation& best = tuning.evaluations[tuning.best];
   fmt::print("{}\n{} pixels, K = {:.6g}, {} on {}, against {}\n\n", scene.title, scene.extent().text(),
              penalty, tuning.matters() ? call[search] : "scan", backend.name(),
-             against_elements ? fmt::format("finite elements (nu = {})", scene.poisson) : call[truth_name]);
+             against_elements ? fmt::format("finite elements (nu = {})", scene.elastic.poisson)
+                              : call[truth_name]);
   print(tuning, penalty);
   if (tuning.matters()) {
     fmt::print("\n  alpha = {:.5f}: RMSD {:.5f} px (the largest seen is {:.3g} px above)\n",
@@ -201,7 +202,7 @@ int write_scene(Call& call) {
     progress.describe(fmt::format("export {}: solving the finite elements", scene.name));
     names.emplace_back("displacement-fem.nrrd");
     write_displacement(call[option::output] / names.back(),
-                       find_finite_elements(scene.full, scene.poisson).to_float(), scene.spacing,
+                       find_finite_elements(scene.full, scene.elastic).to_float(), scene.spacing,
                        scene.placement);
   }
   const auto images = export_scene(scene, call[option::output]);

@@ -340,7 +340,7 @@ private:
       });
     }
     hdmbench::set_inverse_modulus(full);
-    scene.poisson = m_PoissonRatio;
+    scene.elastic.poisson = m_PoissonRatio;
     scene.energy = &hdmbench::find_energy(m_Energy);
     hdmbench::set_energy_of_sites(scene);
     if (scene.energy->is_of_cells()) {

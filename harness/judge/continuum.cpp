@@ -34,7 +34,7 @@ nlohmann::json distance(const ReferenceField& a, const ReferenceField& b) {
 Scene scene_of(const ElasticProblem& problem) {
   Scene scene;
   scene.name = "circular-inclusion";
-  scene.poisson = poisson;
+  scene.elastic.poisson = poisson;
   scene.full = {.extent = problem.extent,
                 .target = problem.prescribed.to_float(),
                 .confidence = VectorField(problem.extent),

@@ -22,7 +22,7 @@ namespace hdmbench {
 nlohmann::json to_json(const Scene& scene, const Judged& judged) {
   nlohmann::json row = with_size({{"scene", scene.name},
                                   {"title", scene.title},
-                                  {"poisson", scene.poisson},
+                                  {"poisson", scene.elastic.poisson},
                                   {"method", judged.method},
                                   {"rival", judged.is_rival},
                                   {"variant", judged.variant},
@@ -89,30 +89,30 @@ std::vector<Rival> rivals(const Scene& scene, const Truths& truths, bool quick) 
                    std::move(solve),
                    solved});
   };
-  const auto add_finite_elements = [&](double poisson, const SolvedTruth& truth) {
+  const auto add_finite_elements = [&](const ElasticModel& model, const SolvedTruth& truth) {
     add(
-        "fem", "direct", poisson, [&scene, poisson] { return find_finite_elements(scene.full, poisson); },
+        "fem", "direct", model.poisson, [&scene, model] { return find_finite_elements(scene.full, model); },
         &truth);
     all.back().refusal = direct;
     for (const auto& [name, solver] : iterative) {
       for (const double tolerance : tolerances) {
-        add(name, fmt::format("tolerance {:g}", tolerance), poisson,
-            [&scene, poisson, tolerance, solver = solver] {
-              const ElementRule rule = ElementRule::of(scene.extent(), poisson);
+        add(name, fmt::format("tolerance {:g}", tolerance), model.poisson,
+            [&scene, model, tolerance, solver = solver] {
+              const ElementRule rule = ElementRule::of(scene.extent(), model);
               return solver(elastic_problem(scene.full), rule, tolerance).displacement;
             });
       }
     }
     for (const int elements : {usual_elements / 2, usual_elements, 2 * usual_elements}) {
       if (quick ? elements == usual_elements : elements < std::ranges::max(extent.sides()) - 1) {
-        add("fem-coarse", fmt::format("{} elements a side", elements), poisson,
-            [&scene, poisson, elements] { return coarse_finite_elements(scene, elements, poisson); });
+        add("fem-coarse", fmt::format("{} elements a side", elements), model.poisson,
+            [&scene, model, elements] { return coarse_finite_elements(scene, elements, model); });
       }
     }
   };
   add_finite_elements(0.0, truths.elastic_no_poisson);
-  if (scene.poisson != 0.0) {
-    add_finite_elements(scene.poisson, truths.elastic);
+  if (scene.elastic.poisson != 0.0) {
+    add_finite_elements(scene.elastic, truths.elastic);
   }
   add(
       "fixed-point", is_volume ? "conjugate gradients" : "direct", std::nullopt,

@@ -116,7 +116,7 @@ std::vector<Judged> measure_tradeoff(const Scene& scene, std::span<const Backend
                       scene,
                       is_usual ? Where::everywhere : Where::main_place};
       use_method(setting.scene, method, effort);
-      setting.scene.poisson = poisson.value_or(scene.poisson);
+      setting.scene.elastic.poisson = poisson.value_or(scene.elastic.poisson);
       judge.add(setting);
     }
   };
@@ -127,7 +127,7 @@ std::vector<Judged> measure_tradeoff(const Scene& scene, std::span<const Backend
   }
   // The elastic energy as finite elements, against which it stands.
   const RegisteredEnergy& elastic = energy_near(ReferenceSolution::finite_elements);
-  const std::set<double> poisson_ratios{0.0, scene.poisson};
+  const std::set<double> poisson_ratios{0.0, scene.elastic.poisson};
   for (const Method& method : elastic.methods) {
     for (const double poisson : is_wanted(method.name) ? poisson_ratios : std::set<double>{}) {
       add_efforts(method, poisson);
@@ -145,7 +145,7 @@ std::vector<Judged> measure_tradeoff(const Scene& scene, std::span<const Backend
                       scene,
                       Where::main_place};
       use_energy(setting.scene, elastic);
-      setting.scene.poisson = poisson;
+      setting.scene.elastic.poisson = poisson;
       judge.add(setting);
     }
   }
@@ -191,7 +191,7 @@ nlohmann::json compare_at(const Scene& scene, std::span<const Judged> rows, doub
   nlohmann::json equal = with_size({{"kind", "equal accuracy"},
                                     {"scene", scene.name},
                                     {"title", scene.title},
-                                    {"poisson", scene.poisson},
+                                    {"poisson", scene.elastic.poisson},
                                     {"target", target},
                                     {"nearest", nullptr},
                                     {"ours", setting(ours)}},

@@ -73,7 +73,7 @@ Truths find_truths(const Scene& scene, Progress& progress) {
   const auto solve = [](SolvedTruth& truth, const auto& solver) {
     truth.displacement = timed(truth.seconds, solver);
   };
-  solve(truths.elastic, [&] { return find_finite_elements(scene.full, scene.poisson); });
+  solve(truths.elastic, [&] { return find_finite_elements(scene.full, scene.elastic); });
   solve(truths.elastic_no_poisson, [&] { return find_finite_elements(scene.full, 0.0); });
   solve(truths.fixed_point, [&] { return solve_fixed_point(scene.full).displacement; });
   truths.interface = near_interfaces(scene.full);
@@ -95,16 +95,16 @@ bool takes_direct_factors(Extent extent) {
   return extent.axes() == 2 || extent.sites() <= most_voxels;
 }
 
-ReferenceField find_finite_elements(const Level& level, double poisson) {
+ReferenceField find_finite_elements(const Level& level, const ElasticModel& model) {
   constexpr double tolerance = 1e-10; // 1e-9 voxels from a direct factorisation
   const ElasticProblem problem = elastic_problem(level);
-  const ElementRule rule = ElementRule::of(level.extent, poisson);
+  const ElementRule rule = ElementRule::of(level.extent, model);
   return takes_direct_factors(level.extent)
              ? solve_finite_elements(problem, rule)
              : solve_finite_elements_iteratively(problem, rule, tolerance).displacement;
 }
 
-ReferenceField coarse_finite_elements(const Scene& scene, int elements, double poisson) {
+ReferenceField coarse_finite_elements(const Scene& scene, int elements, const ElasticModel& model) {
   // Elements are squares or cubes: as many along each other side as its length has.
   const Extent full = scene.extent();
   const int longest = std::ranges::max(full.sides());
@@ -114,7 +114,7 @@ ReferenceField coarse_finite_elements(const Scene& scene, int elements, double p
   };
   const Extent mesh{nodes(full.width), nodes(full.height), nodes(full.depth)};
   const Level coarse = sample_level(scene.full, mesh, Alignment::corner);
-  return thesis_prolongation(find_finite_elements(coarse, poisson), full);
+  return thesis_prolongation(find_finite_elements(coarse, model), full);
 }
 
 Deviations measure(const ReferenceField& field, const Truths& truths) {

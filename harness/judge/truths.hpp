@@ -46,11 +46,12 @@ struct Truths {
 
 /// The level as an elastic body whose nodes are its sites: factorised, or by conjugate gradients until these
 /// are as exact as that. Throws InputError as solve_finite_elements does.
-[[nodiscard]] ReferenceField find_finite_elements(const Level& level, double poisson);
+[[nodiscard]] ReferenceField find_finite_elements(const Level& level, const ElasticModel& model);
 
 /// The scene on a coarse mesh of `elements` squares or cubes along its longest side, as the thesis had it
 /// (60), interpolated to the sites.
-[[nodiscard]] ReferenceField coarse_finite_elements(const Scene& scene, int elements, double poisson);
+[[nodiscard]] ReferenceField coarse_finite_elements(const Scene& scene, int elements,
+                                                    const ElasticModel& model);
 
 /// How far a field is from the truths, RMSD in pixels; over all sites where the name does not say otherwise.
 struct Deviations {

@@ -176,7 +176,10 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   content.labels = {}; // before there is more
   scene.placement = content.placement;
   scene.oblong = content.oblong;
-  reader.read("poisson", scene.poisson);
+  reader.read("poisson", scene.elastic.poisson);
+  if (scene.extent().axes() == 3) {
+    reader.read("integration", integration_names, scene.elastic.integration);
+  }
   read_schedule(reader, !options.size, scene);
   read_exact(reader, options, scene);
   reader.finish();

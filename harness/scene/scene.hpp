@@ -2,7 +2,7 @@
 
 #include "harness/scene/placement.hpp"
 #include "harness/scene/sites.hpp"
-#include "kernels/data/level.hpp"
+#include "kernels/data/modulus.hpp"
 #include "kernels/data/pyramid.hpp"
 
 #include <array>
@@ -24,6 +24,7 @@ enum class Stop {
 
 /// What scene files call them, in the order of the enumerators.
 inline constexpr std::array<std::string_view, 3> stop_names{"fixed", "still", "energy"};
+inline constexpr std::array<std::string_view, 2> integration_names{"full", "selective-reduced"};
 inline constexpr std::array<std::string_view, 2> alignment_names{"corner", "center"};
 inline constexpr std::array<std::string_view, 4> update_names{"simultaneous", "sequential", "coloured",
                                                               "four-coloured"};
@@ -95,8 +96,7 @@ struct Scene {
   std::optional<OblongGrid> oblong{}; ///< its file's own pixels, where they were not square and are resampled
   const RegisteredEnergy* energy = &usual_energy(); ///< that the displacement minimises; never null
   const RegisteredEnergy* stated_energy = nullptr;  ///< that the scene file names itself; null: none
-  double poisson =
-      0.3; ///< Poisson's ratio of all tissues, for finite elements and elastic energy; HDM has none
+  ElasticModel elastic{}; ///< for finite elements and the elastic energy; HDM has no such thing
   /// Declared, and checked by verify: every intermediate of every sweep is exact in float32, so that no
   /// compiler's choice of operations can change a bit.
   bool exact = false;

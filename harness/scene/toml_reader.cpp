@@ -52,6 +52,7 @@ const std::array keys{
     Key{"", "prior_weight", of_hdm},
     Key{"", "steps", of_hdm},
     Key{"", "poisson", {}, [](double value) { return value > -1.0 && value <= 0.5; }, "in (-1, 0.5]"},
+    Key{"", "integration", "a sheet does not lock"},
     Key{"", "energy"},
     Key{"", "spacing", {}, is_positive, "positive (millimetres per pixel)"},
     Key{"", "exact"},

@@ -222,7 +222,7 @@ private:
   /// Full multigrid alone can be far off on a coarse image, too, so steps of conjugate gradients follow,
   /// until what is left matters little to the request.
   VectorField solve(const Level& sampled) {
-    ElasticSolver solver(sampled, scene_.poisson, session_);
+    ElasticSolver solver(sampled, scene_.elastic, session_);
     const double enough = request_.accuracy ? share_of_steps * *request_.accuracy : unknown;
     solve_within(enough, most_steps, contrast_of(sampled.modulus), solver);
     add_work(solver);
@@ -282,7 +282,7 @@ private:
 
   /// Full multigrid, then conjugate gradients until the steps say that it is enough.
   void solve_image() {
-    ElasticSolver solver(scene_.full, scene_.poisson, session_);
+    ElasticSolver solver(scene_.full, scene_.elastic, session_);
     const double contrast = contrast_of(scene_.full.modulus);
     std::optional<SetAside> aside;
     if (scene_.extent().axes() == 3 && !has_springs(scene_.full)) { // images are small, springs needed again
@@ -340,7 +340,9 @@ private:
   }
 
   /// At 0.499 one request in ten was broken, on the random volumes of test/promise_test.cpp.
-  [[nodiscard]] bool is_believable() const { return scene_.extent().axes() == 2 || scene_.poisson <= 0.49; }
+  [[nodiscard]] bool is_believable() const {
+    return scene_.extent().axes() == 2 || scene_.elastic.poisson <= 0.49;
+  }
 
   /// Of the accuracy asked for: what steps may leave on a sampled image.
   static constexpr double share_of_steps = 0.5;

@@ -56,8 +56,8 @@ std::string scene_text(const Scene& scene, bool with_start) {
                   "title = {3}\npenalty = {4}\nprior_weight = {5}\n{6}spacing = {7}\n"
                   "poisson = {8}\n\n[schedule]\n{9}stop = {10}\n{11}",
                   scene.name, scene.extent().width, scene.extent().height, quoted(scene.title),
-                  scene.weight.penalty, scene.weight.prior_weight, steps, scene.spacing, scene.poisson,
-                  method_text(scene), name_of(stop_names, schedule.stop),
+                  scene.weight.penalty, scene.weight.prior_weight, steps, scene.spacing,
+                  scene.elastic.poisson, method_text(scene), name_of(stop_names, schedule.stop),
                   schedule.stop == Stop::energy ? fmt::format("epsilon = {}\n", schedule.epsilon) : "");
   if (schedule.start_level) {
     text += fmt::format("start_level = {}\n", *schedule.start_level);

@@ -8,6 +8,22 @@
 
 namespace hdmbench {
 
+/// Where the divergence of a trilinear element counts. The rest of its energy is integrated in full.
+enum class Integration {
+  full,             ///< everywhere: the element resists every change of its volume, and locks near 0.5
+  selective_reduced ///< its mean alone (Malkus and Hughes 1978; "B-bar", "mean dilatation")
+};
+
+/// How an elastic body answers, besides its moduli.
+struct ElasticModel {
+  // NOLINTNEXTLINE(google-explicit-constructor): a Poisson's ratio is one
+  ElasticModel(double poisson_ = 0.3, Integration integration_ = Integration::full)
+      : poisson(poisson_), integration(integration_) {}
+
+  double poisson;          ///< of all tissues; of a sheet in (-1, 0.5], of a volume below 0.5
+  Integration integration; ///< of a volume: a sheet, which becomes thinner, does not lock
+};
+
 /// Sets the moduli of a level to the means over what each of its sites stands for in the full image
 /// (Material::mean), summed up row by row in rising order, in double.
 void set_mean_modulus(const Level& full, Alignment alignment, Level& level);

@@ -19,7 +19,7 @@ uniform sampler2DRect response[2]; // of a site, the upper half of a matrix; in 
                                    // masked cell that begins there, and 1 more, or 0
 uniform sampler2DRect matrices;    // of ELASTIC_SOLVE the inverse: a row for each of its columns, a texel for each site
 uniform Vector extent;             // sites of `from`
-uniform vec4 numbers;              // the two of PoissonRatio, or Lame's ratio and none; factor; 0
+uniform vec4 numbers;              // the two of PoissonRatio, or of a volume Lame's ratio and `bend`; factor; 0
 
 #if HDM_AXES > 2 // no constants: compilers multiply two of them by each other before what stands between them
 #define HDM_NUMBER(value) (float(value) + numbers.w)

@@ -25,6 +25,7 @@
 #define ALONG_Z(corner) ((corner) >> (HDM_AXES - 1))
 
 #define lame REAL_TOLD(2)
+#define bend_of_image REAL_TOLD(1)
 #define moments_from TOLD(4)
 #define factor REAL_TOLD(5)
 #define base (TOGETHER != 0 ? TOLD(5) : 0) // of the arrays that do not change
@@ -106,6 +107,7 @@ HDM_FUNCTION CellMoments moments_at(ARRAYS int i) {
   c.sst = MOMENT(i, 13), c.rtt = MOMENT(i, 14), c.stt = MOMENT(i, 15);
   c.rst = MOMENT(i, 16), c.rrst = MOMENT(i, 17), c.rsst = MOMENT(i, 18), c.rstt = MOMENT(i, 19);
   c.rrss = MOMENT(i, 20), c.rrtt = MOMENT(i, 21), c.sstt = MOMENT(i, 22);
+  c.bend = HDM_NUMBER(1), c.volume = c.m;
   return c;
 }
 
@@ -171,7 +173,7 @@ HDM_FUNCTION CellComponents forces_of_cell(ARRAYS int i, CellComponents u, CellN
     EACH_CORNER {
       moduli.at[corner] = there ? moduli.at[corner] : none;
     }
-    return forces_by_moments(WITH_ARRAYS image_cell(cell_corners(moduli)), u);
+    return forces_by_moments(WITH_ARRAYS image_cell(cell_corners(moduli), bend_of_image), u);
   }
 #endif
   return forces_by_moments(WITH_ARRAYS moments_at(WITH_ARRAYS i), u);

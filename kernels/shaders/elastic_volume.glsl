@@ -33,7 +33,7 @@ CellMoments cell_at(vec3 p) {
   return image_cell(CellCorners(
       weight * modulus_at(p, 0.0, 0.0, 0.0), weight * modulus_at(p, 1.0, 0.0, 0.0), weight * modulus_at(p, 0.0, 1.0, 0.0),
       weight * modulus_at(p, 1.0, 1.0, 0.0), weight * modulus_at(p, 0.0, 0.0, 1.0), weight * modulus_at(p, 1.0, 0.0, 1.0),
-      weight * modulus_at(p, 0.0, 1.0, 1.0), weight * modulus_at(p, 1.0, 1.0, 1.0)));
+      weight * modulus_at(p, 0.0, 1.0, 1.0), weight * modulus_at(p, 1.0, 1.0, 1.0)), numbers.y);
 #else
   vec4 a = level_at(moments[0], p);
   vec4 b = level_at(moments[1], p);
@@ -42,7 +42,7 @@ CellMoments cell_at(vec3 p) {
   vec4 e = level_at(moments[4], p);
   vec4 f = level_at(moments[5], p);
   return CellMoments(a.x, a.y, a.z, a.w, b.x, b.y, b.z, b.w, c.x, c.y, c.z, c.w, d.x, d.y, d.z, d.w, e.x, e.y, e.z, e.w,
-                     f.x, f.y, f.z);
+                     f.x, f.y, f.z, 1.0, a.x);
 #endif
 }
 

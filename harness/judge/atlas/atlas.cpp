@@ -33,7 +33,7 @@ Outcome solve(const Problem& problem, const Series& series, double knob, Solver&
     return {.displacement = solve_fixed_point(problem.scene.full).displacement.to_float()};
   }
   if (series.method == finite_elements_method) {
-    return {.displacement = find_finite_elements(problem.scene.full, problem.scene.poisson).to_float()};
+    return {.displacement = find_finite_elements(problem.scene.full, problem.scene.elastic).to_float()};
   }
   Problem adjusted = problem;
   Scene& scene = adjusted.scene;

@@ -64,10 +64,53 @@ void hold(Scene& scene, std::size_t site, float dx, float dy) {
 /// A scene that no unique answer belongs to has an empty truth: every method has to refuse it.
 void add_finite_elements(Problem& problem, double /*knob*/) {
   try {
-    problem.truth = find_finite_elements(problem.scene.full, problem.scene.poisson);
+    problem.truth = find_finite_elements(problem.scene.full, problem.scene.elastic);
   } catch (const InputError&) {
     problem.truth = {};
   }
+}
+
+/// Of a volume whose elements have a third of the side and the same moduli at the same places.
+void add_finer_elements(Problem& problem, double /*knob*/) {
+  const Level& coarse = problem.scene.full;
+  const auto finer = [](int sites) { return 3 * (sites - 1) + 1; };
+  const Extent extent{finer(coarse.extent.width), finer(coarse.extent.height), finer(coarse.extent.depth)};
+  Level fine{.extent = extent,
+             .target = VectorField(extent),
+             .confidence = VectorField(extent),
+             .modulus = ScalarField(extent)};
+  for_each_site(extent, [&](int x, int y, int z) {
+    const std::size_t at = extent.index(x, y, z);
+    fine.modulus.values[at] =
+        coarse.modulus.values[coarse.extent.index((x + 1) / 3, (y + 1) / 3, (z + 1) / 3)];
+    for (std::size_t axis = 0; axis < 3; ++axis) { // prescribed where all corners that count are
+      float target = 0.0F;
+      float confidence = 1.0F;
+      for (int corner = 0; corner < 8; ++corner) {
+        const auto weight = [&](int place, int bit) {
+          return static_cast<float>((corner >> bit & 1) == 0 ? 3 - place % 3 : place % 3) / 3.0F;
+        };
+        const float share = weight(x, 0) * weight(y, 1) * weight(z, 2);
+        if (share > 0.0F) {
+          const std::size_t from =
+              coarse.extent.index(x / 3 + (corner & 1), y / 3 + (corner >> 1 & 1), z / 3 + (corner >> 2));
+          target += share * coarse.target[axis][from];
+          confidence = std::min(confidence, coarse.confidence[axis][from]);
+        }
+      }
+      fine.target[axis][at] = target;
+      fine.confidence[axis][at] = confidence;
+    }
+  });
+  set_inverse_modulus(fine);
+  const ReferenceField found =
+      find_finite_elements(fine, {problem.scene.elastic.poisson, Integration::selective_reduced});
+  problem.truth = ReferenceField(coarse.extent);
+  for_each_site(coarse.extent, [&](int x, int y, int z) {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      problem.truth[axis][coarse.extent.index(x, y, z)] = found[axis][extent.index(3 * x, 3 * y, 3 * z)];
+    }
+  });
 }
 
 /// Sites at most `wide` from the border are known: the values of a field that is its own fixed point, bent so
@@ -188,11 +231,14 @@ const std::map<std::string_view, Step> steps{
     {"few conditions in y", know_few},
     {"two that differ", let_two_differ},
     {"pressed", press},
-    {"Poisson's ratio", [](Problem& problem, double knob) { problem.scene.poisson = knob; }},
+    {"Poisson's ratio", [](Problem& problem, double knob) { problem.scene.elastic.poisson = knob; }},
     {"supports", support},
     {"fixed point",
      [](Problem& problem, double) { problem.truth = solve_fixed_point(problem.scene.full).displacement; }},
     {"finite elements", add_finite_elements},
+    {"finer elements", add_finer_elements},
+    {"selective integration",
+     [](Problem& problem, double) { problem.scene.elastic.integration = Integration::selective_reduced; }},
     {"finite elements that bulge",
      [](Problem& problem, double knob) { problem.truth = find_finite_elements(problem.scene.full, knob); }},
     {"start level",

@@ -259,12 +259,16 @@ void check_elastic_cycles(const Scene& scene, Warnings& warnings) {
   }
 }
 
-/// How far the default effort is from finite elements, ratio by ratio: `hdmbench atlas
-/// volume-elastic-poisson`. A sheet becomes thinner instead.
+/// How far the default effort is from finite elements, and these from finer ones, ratio by ratio: `hdmbench
+/// atlas volume-elastic-poisson volume-elastic-locking`. A sheet becomes thinner instead.
 void check_poisson_ratio(const Scene& scene, Warnings& warnings) {
   constexpr double most = 0.45;
-  if (scene.extent().axes() == 3 && scene.poisson > most) {
-    warn(warnings, "nearly-incompressible", std::nullopt, "ratio"_a = scene.poisson, "most"_a = most);
+  const double ratio = scene.extent().axes() == 3 ? scene.elastic.poisson : 0.0;
+  if (ratio > most) {
+    warn(warnings, "nearly-incompressible", std::nullopt, "ratio"_a = ratio, "most"_a = most);
+  }
+  if (ratio >= most && scene.elastic.integration == Integration::full) {
+    warn(warnings, "locking", std::nullopt, "ratio"_a = ratio);
   }
 }
 

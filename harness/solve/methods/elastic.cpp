@@ -33,11 +33,12 @@ constexpr double most_contrast = 1e30;
 
 } // namespace
 
-ElasticSolver::ElasticSolver(const Level& full, double poisson, ElasticSession& session) : session_(session) {
+ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, ElasticSession& session)
+    : session_(session) {
   timed(timings_.projection, [&] { require_held(full); });
   sprung_ = has_springs(full);
   const auto load_sheet = [&](Springs springs) {
-    load(timed(timings_.projection, [&] { return make_elastic_hierarchy(full, poisson, springs); }));
+    load(timed(timings_.projection, [&] { return make_elastic_hierarchy(full, model, springs); }));
   };
   load_sheet(Springs::none); // what the hierarchy is made with has gone when the next field comes
   start_ = timed(timings_.projection, [&] { return extended_conditions(full); });
@@ -56,12 +57,12 @@ ElasticSolver::ElasticSolver(const Level& full, double poisson, ElasticSession& 
   session_.write(0, ElasticField::load, load);
 }
 
-ElasticSolver::ElasticSolver(const Level& full, double poisson, const SiteSprings& springs,
+ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, const SiteSprings& springs,
                              ElasticSession& session)
-    : session_(session), sprung_(true), sheet_{&full, &springs, poisson} {
+    : session_(session), sprung_(true), sheet_{&full, &springs, model.poisson} {
   load(timed(timings_.projection, [&] {
-    return springs.xx.values.empty() ? make_elastic_hierarchy(full, poisson, Springs::none)
-                                     : make_elastic_hierarchy(full, poisson, springs);
+    return springs.xx.values.empty() ? make_elastic_hierarchy(full, model, Springs::none)
+                                     : make_elastic_hierarchy(full, model, springs);
   }));
 }
 
@@ -394,7 +395,7 @@ std::optional<double> follow(const Schedule& schedule, double largest, double co
 
 /// By the scene's method on the image itself.
 Solution solve_whole(const Scene& scene, ElasticSession& session, Progress& progress) {
-  ElasticSolver solver(scene.full, scene.poisson, session);
+  ElasticSolver solver(scene.full, scene.elastic, session);
   const std::optional<double> error =
       follow(scene.schedule, largest_component(scene.full.target), contrast_of(scene.full.modulus),
              static_cast<double>(scene.extent().sites()), solver, progress);

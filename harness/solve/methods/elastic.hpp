@@ -26,11 +26,12 @@ public:
   /// outlive this object. Throws InputError where no condition holds the sheet (require_held). Where
   /// observations pull with springs the session has the way from the extended conditions for displacement,
   /// and for its load what is left of their residual, which is made once and then followed.
-  ElasticSolver(const Level& full, double poisson, ElasticSession& session);
+  ElasticSolver(const Level& full, const ElasticModel& model, ElasticSession& session);
   /// A sheet that is held by `springs`, at rest where pull() says; empty springs: none, so conditions must
   /// hold the sheet. It makes the hierarchy and loads it once, for any number of pull(), before which there
   /// is nothing to solve. All must outlive this object.
-  ElasticSolver(const Level& full, double poisson, const SiteSprings& springs, ElasticSession& session);
+  ElasticSolver(const Level& full, const ElasticModel& model, const SiteSprings& springs,
+                ElasticSession& session);
   /// Of a sheet with springs: what is solved from now on. `forces` (on sites that are not prescribed, MPa *
   /// pixel * thickness) pull at the sheet, which is displaced by `start`, where its springs are at rest: the
   /// way w from start that solves A (start + w) + springs w = forces. Prescribed components keep the value

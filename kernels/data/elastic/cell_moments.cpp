@@ -134,10 +134,15 @@ void invert(const ResponseRow& row) {
 template <template <typename> typename Arithmetic>
 CellMatrix matrix_at(const ElasticLevel& level, std::size_t index, const InFloat::Ratios& ratio) {
   using InDouble = Arithmetic<double>;
-  const auto moments =
-      std::bit_cast<std::array<float, InDouble::moments>>(level.template cell<Arithmetic<float>>(index));
-  return matrix_of(InDouble::moments_of([&](std::size_t number) { return double{moments[number]}; }),
-                   {{ratio.nu, ratio.shear}, ratio.lame});
+  using Cell = typename Arithmetic<float>::CellMoments;
+  const auto moments = std::bit_cast<std::array<float, sizeof(Cell) / sizeof(float)>>(
+      level.template cell<Arithmetic<float>>(index));
+  auto cell = InDouble::moments_of([&](std::size_t number) { return double{moments[number]}; });
+  if constexpr (InDouble::axes == 3) {
+    cell.bend = level.bend;
+    cell.volume = double{moments.back()};
+  }
+  return matrix_of(cell, {{ratio.nu, ratio.shear}, ratio.lame});
 }
 
 } // namespace

@@ -258,7 +258,8 @@ bool is_coarsest(Extent sites) {
 
 /// `spring_at` is null where there are no springs.
 template <typename SpringAt>
-ElasticHierarchy hierarchy_of(const Level& full, double poisson, const SpringAt* spring_at) {
+ElasticHierarchy hierarchy_of(const Level& full, const ElasticModel& model, const SpringAt* spring_at) {
+  const double poisson = model.poisson;
   const bool is_volume = full.extent.axes() == 3;
   ElasticHierarchy hierarchy;
   hierarchy.ratio = InFloat::poisson_ratio(poisson);
@@ -266,7 +267,8 @@ ElasticHierarchy hierarchy_of(const Level& full, double poisson, const SpringAt*
   Prescribed prescribed(full, image.grid); // of the last level
   std::optional<VolumeRelaxation> relaxation;
   if (is_volume) {
-    relaxation.emplace(poisson, contrast_of(full.modulus));
+    image.bend = model.integration == Integration::full ? 1.0F : 0.0F;
+    relaxation.emplace(poisson, contrast_of(full.modulus), image.bend);
     set_volume_moments(image, full);
   } else {
     set_image_moments(image, full);
@@ -364,18 +366,19 @@ Prescribed::Prescribed(const Prescribed& fine, const RingedGrid& fine_grid, cons
   }
 }
 
-ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, Springs springs) {
+ElasticHierarchy make_elastic_hierarchy(const Level& full, const ElasticModel& model, Springs springs) {
   const auto spring_at = springs_of(full);
   const bool pulls = springs == Springs::pull && has_springs(full);
-  return hierarchy_of(full, poisson, pulls ? &spring_at : nullptr);
+  return hierarchy_of(full, model, pulls ? &spring_at : nullptr);
 }
 
-ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson, const SiteSprings& springs) {
+ElasticHierarchy make_elastic_hierarchy(const Level& full, const ElasticModel& model,
+                                        const SiteSprings& springs) {
   const auto spring_at = [&springs](std::size_t at) {
     return Spring{static_cast<double>(springs.xx.values[at]), static_cast<double>(springs.xy.values[at]),
                   static_cast<double>(springs.yy.values[at])};
   };
-  return hierarchy_of(full, poisson, &spring_at);
+  return hierarchy_of(full, model, &spring_at);
 }
 
 ElasticLevel empty_level(Extent sites, std::size_t moments) {

@@ -2,7 +2,7 @@
 
 #include "kernels/data/elastic/masked_cells.hpp"
 #include "kernels/data/elastic/springs.hpp"
-#include "kernels/data/level.hpp"
+#include "kernels/data/modulus.hpp"
 #include "kernels/specification/elastic/elastic.hpp"
 
 #include <algorithm>
@@ -61,6 +61,7 @@ struct ElasticLevel {
   /// volume (volume.inc), 0 where a cell is masked. A volume's finest level has one array instead: the
   /// modulus of each site.
   std::vector<std::vector<float>> moments;
+  float bend = 1.0F; ///< CellMoments::bend of a volume's finest level
   /// SiteResponse of sites: symmetric_entry() of the relaxation times the inverse of their own stiffness.
   std::vector<std::vector<float>> response;
   MaskedCells masked; ///< on the finest level those with a spring: at most as many as observed sites
@@ -70,9 +71,13 @@ struct ElasticLevel {
   template <typename Arithmetic>
   [[nodiscard]] typename Arithmetic::CellMoments cell(std::size_t index) const {
     using Scalar = typename Arithmetic::real;
-    if (moments.size() == 1) {
-      return Arithmetic::image_cell(Arithmetic::corners_of(
-          [&](std::size_t corner) { return Scalar(moments[0][index + grid.to_corner(corner)]); }));
+    if constexpr (Arithmetic::axes == 3) {
+      if (moments.size() == 1) {
+        const auto modulus = [&](std::size_t corner) {
+          return Scalar(moments[0][index + grid.to_corner(corner)]);
+        };
+        return Arithmetic::image_cell(Arithmetic::corners_of(modulus), Scalar(bend));
+      }
     }
     return Arithmetic::moments_of([&](std::size_t number) { return Scalar(moments[number][index]); });
   }
@@ -110,13 +115,13 @@ inline constexpr double elastic_relaxation = 0.6;
   return axes == 3 ? 2 : 6;
 }
 
-/// The components with confidence 1 are prescribed. The level is assumed to be valid; poisson in (-1, 0.5],
-/// in a volume below 0.5. The same bits whatever the number of threads.
-[[nodiscard]] ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson,
+/// The components with confidence 1 are prescribed. The level is assumed to be valid. The same bits whatever
+/// the number of threads. Coarse levels integrate in full.
+[[nodiscard]] ElasticHierarchy make_elastic_hierarchy(const Level& full, const ElasticModel& model,
                                                       Springs springs = Springs::pull);
 /// The same with `springs` in place of those that confidences below 1 make. A spring has no effect on a
 /// prescribed component.
-[[nodiscard]] ElasticHierarchy make_elastic_hierarchy(const Level& full, double poisson,
+[[nodiscard]] ElasticHierarchy make_elastic_hierarchy(const Level& full, const ElasticModel& model,
                                                       const SiteSprings& springs);
 
 /// What the forces of sessions are, over those of finite elements of the same moduli.

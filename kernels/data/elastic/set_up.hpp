@@ -39,8 +39,8 @@ void set_response(ElasticLevel& level, const ElasticInFloat::Ratios& ratio, cons
 /// found to be smaller (0 to 2 more conjugate gradients than without that weight). Cells that stick out of
 /// the volume count as if most of them had no modulus: a long sheet or rod would let waves grow without that.
 struct VolumeRelaxation {
-  /// `contrast`: the stiffest over the softest modulus. 0 <= poisson < 0.5.
-  VolumeRelaxation(double poisson, double contrast);
+  /// `contrast`: the stiffest over the softest modulus; `bend`: of the image's cells. 0 <= poisson < 0.5.
+  VolumeRelaxation(double poisson, double contrast, double bend);
 
   float lame;
   float factor;        ///< 1.9 / the largest eigenvalue of D^-1 K of a cell of one modulus

@@ -35,7 +35,8 @@ constexpr std::array<float VolumeInFloat::CellMoments::*, moment_count> members 
 /// the loop over cells becomes one of vectors.
 HDM_FUNCTION void set_image_cell(CellRow& to, const std::array<const float*, 8>& corners, int i, int step) {
   const auto cell = VolumeInFloat::image_cell(
-      VolumeInFloat::corners_of([&](std::size_t corner) HDM_INLINED { return corners[corner][i * step]; }));
+      VolumeInFloat::corners_of([&](std::size_t corner) HDM_INLINED { return corners[corner][i * step]; }),
+      1.0F);
   const auto set = [&]<std::size_t... number>(std::index_sequence<number...>) HDM_INLINED {
     ((to[place_of_moment[number]][static_cast<std::size_t>(i)] = cell.*members[number]), ...);
   };
@@ -243,18 +244,20 @@ std::array<Real, 6> inverse_of(std::array<Real, 6> a) {
   return inverse;
 }
 
-/// Of D^-1 K of a cell whose corners have these moduli, by power iteration: D is what K has on the diagonal
-/// in blocks of a corner. No sweep over many cells has a larger one.
-double largest_eigenvalue(const std::array<double, 8>& moduli, const Elastic<double>::Ratios& ratio) {
+/// Of D^-1 K of a cell whose corners have these moduli, by power iteration: D is what K, integrated in full,
+/// has on the diagonal in blocks of a corner. No sweep over many cells has a larger one.
+double largest_eigenvalue(const std::array<double, 8>& moduli, const Elastic<double>::Ratios& ratio,
+                          double bend) {
   using InDouble = ElasticVolume<double>;
-  const CellMatrix matrix = matrix_of(
-      InDouble::image_cell(InDouble::corners_of([&](std::size_t corner) { return moduli[corner]; })), ratio);
+  const auto corners = InDouble::corners_of([&](std::size_t corner) { return moduli[corner]; });
+  const CellMatrix full = matrix_of(InDouble::image_cell(corners, 1.0), ratio);
+  const CellMatrix matrix = matrix_of(InDouble::image_cell(corners, bend), ratio);
   std::array<std::array<double, 6>, 8> inverse;
   for (std::size_t corner = 0; corner < 8; ++corner) {
     const std::size_t at = 3 * corner;
     inverse[corner] =
-        inverse_of<double>({matrix.at(at, at), matrix.at(at, at + 1), matrix.at(at, at + 2),
-                            matrix.at(at + 1, at + 1), matrix.at(at + 1, at + 2), matrix.at(at + 2, at + 2)});
+        inverse_of<double>({full.at(at, at), full.at(at, at + 1), full.at(at, at + 2),
+                            full.at(at + 1, at + 1), full.at(at + 1, at + 2), full.at(at + 2, at + 2)});
   }
   std::array<double, 24> vector;
   for (std::size_t i = 0; i < 24; ++i) {
@@ -327,29 +330,31 @@ void set_volume_parents(ElasticLevel& level, const ElasticLevel& fine) {
   }
 }
 
-VolumeRelaxation::VolumeRelaxation(double poisson, double contrast)
+VolumeRelaxation::VolumeRelaxation(double poisson, double contrast, double bend)
     : lame(VolumeInFloat::poisson_ratio(poisson).lame) {
   const Elastic<double>::Ratios ratio = Elastic<double>::poisson_ratio(poisson);
   // The stiff corners, a bit each: all patterns but for turns and reflections.
   constexpr std::array<unsigned, 20> patterns{1,   3,   7,   9,   15,  23,  39,  41,  67,  105,
                                               126, 129, 135, 188, 195, 214, 246, 248, 252, 254};
-  const auto largest = [&](double stiff) {
+  const auto largest = [&](double stiff, double bend_of_cell) {
     double most = 0.0;
     for (const unsigned pattern : patterns) {
       std::array<double, 8> moduli;
       for (unsigned corner = 0; corner < 8; ++corner) {
         moduli[corner] = (pattern >> corner & 1) != 0 ? stiff : 1.0;
       }
-      most = std::max(most, largest_eigenvalue(moduli, ratio));
+      most = std::max(most, largest_eigenvalue(moduli, ratio, bend_of_cell));
     }
     return most;
   };
   constexpr double most_contrast = 1e6; // beyond it the eigenvalues change no more
-  const double uniform = largest_eigenvalue({1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0}, ratio);
+  const double uniform = largest_eigenvalue({1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0}, ratio, 1.0);
   constexpr double share_of_limit = 1.9; // a wave grows from 2 on
   factor = static_cast<float>(share_of_limit / uniform);
-  weight = contrast > 1.0 ? static_cast<float>(largest(std::min(contrast, most_contrast)) / uniform) : 1.0F;
-  weight_beyond = static_cast<float>(largest(most_contrast) / uniform);
+  const double most = std::min(contrast, most_contrast);
+  weight =
+      contrast > 1.0 ? static_cast<float>(std::max(largest(most, 1.0), largest(most, bend)) / uniform) : 1.0F;
+  weight_beyond = static_cast<float>(largest(most_contrast, 1.0) / uniform);
 }
 
 void set_volume_response(ElasticLevel& level, const VolumeRelaxation& relaxation,

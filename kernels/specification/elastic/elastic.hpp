@@ -69,8 +69,9 @@ struct ElasticVolume : Elastic<Scalar> {
 
   template <typename At>
   HDM_FUNCTION CellMoments moments_of(const At& at) {
-    return {at(0),  at(1),  at(2),  at(3),  at(4),  at(5),  at(6),  at(7),  at(8),  at(9),  at(10), at(11),
-            at(12), at(13), at(14), at(15), at(16), at(17), at(18), at(19), at(20), at(21), at(22)};
+    return {at(0),  at(1),  at(2),  at(3),  at(4),  at(5),   at(6),  at(7),  at(8),
+            at(9),  at(10), at(11), at(12), at(13), at(14),  at(15), at(16), at(17),
+            at(18), at(19), at(20), at(21), at(22), real(1), at(0)};
   }
   template <typename At>
   HDM_FUNCTION CellCorners corners_of(const At& at) {
@@ -86,10 +87,10 @@ struct ElasticVolume : Elastic<Scalar> {
   /// The same of a cell that has one modulus.
   template <typename Displacement, typename Take>
   HDM_FUNCTION void for_each_force_of_uniform(real modulus, const Displacement& displacement,
-                                              const typename Elastic<Scalar>::Ratios& ratio,
+                                              const typename Elastic<Scalar>::Ratios& ratio, real bend,
                                               const Take& take) {
     take_forces(uniform_tension(modulus, coefficients_of(displacement(0)), coefficients_of(displacement(1)),
-                                coefficients_of(displacement(2)), ratio.lame),
+                                coefficients_of(displacement(2)), ratio.lame, bend),
                 take);
   }
 
