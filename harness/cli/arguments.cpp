@@ -154,9 +154,9 @@ Options schedule_options(bool takes_energies) {
   };
   if (takes_energies) {
     std::vector<std::string> choices;
-    std::ranges::transform(energies(), std::back_inserter(choices), [](const RegisteredEnergy* one) {
-      return fmt::format("{} ({})", one->name, one->summary);
-    });
+    std::ranges::transform(
+        registered_energies(), std::back_inserter(choices),
+        [](const RegisteredEnergy* one) { return fmt::format("{} ({})", one->name, one->summary); });
     add("--energy", fmt::format("TEXT:{{{}}}", fmt::join(energy_names(), ",")),
         fmt::format("What the displacement minimises: {}; a method brings its own",
                     fmt::join(choices, " or ")),

@@ -25,9 +25,9 @@ const Option<bool> scaling("--scaling", "Backends with threads of their own run 
 const Option<bool>
     no_ceilings("--no-ceilings",
                 "Do not measure what the devices can do at most: a second or two less for each");
-const Option<std::string> reference("--reference",
-                                    "Backend whose field and time the others are compared with, or none "
-                                    "(default: scalar, none for images larger than 4096 x 4096)");
+const Option<std::string> reference_name("--reference",
+                                         "Backend whose field and time the others are compared with, or none "
+                                         "(default: scalar, none for images larger than 4096 x 4096)");
 const Option<OutputFile> benchmark_json(
     "--benchmark-json",
     "Write the samples to this file as Google Benchmark's JSON, too, for its compare.py and for CI");
@@ -90,7 +90,7 @@ void print_scene(const Scene& scene, const json& rows) {
 BenchOptions bench_options(const Call& call, const std::vector<std::unique_ptr<Backend>>& registry,
                            Extent extent, std::vector<const Backend*>& backends) {
   const std::string compared =
-      call[reference].empty() && extent.sites() > most_sites_for_scalar ? "none" : call[reference];
+      call[reference_name].empty() && extent.sites() > most_sites_for_scalar ? "none" : call[reference_name];
   backends = choose_backends(call, registry, compared);
   const auto wants = [&](Work one) {
     return contains(call[work], work_names[static_cast<std::size_t>(one)]);
@@ -320,7 +320,7 @@ void add_bench(CLI::App& program, Call& call) {
       "300, 600 and 1200 by default. Speed-ups are over scalar, one thread at -O2, in the same run; a\n"
       "backend whose field is not scalar's to the bit gets no speed-up and exit status 1. What the devices\n"
       "can do at most, in copying memory and in arithmetic, is measured in the same run.",
-      {comparison_options(), option::repeat, work, scaling, no_ceilings, reference, benchmark_json,
+      {comparison_options(), option::repeat, work, scaling, no_ceilings, reference_name, benchmark_json,
        Options{before_file, after_file, tolerance}.under(
            "Compare with before (exit status 1: slower, inconclusive, missing, other device)"),
        gate_options()},

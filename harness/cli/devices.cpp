@@ -102,7 +102,7 @@ json who_can(const RegisteredEnergy& energy, const Method& method,
 
 int list_methods(Call& /*call*/) {
   const auto registry = make_backends();
-  for (const RegisteredEnergy* const energy : energies()) {
+  for (const RegisteredEnergy* const energy : registered_energies()) {
     json rows = json::array();
     for (const Method& method : energy->methods) {
       rows.push_back({{"method", method.name},

@@ -11,13 +11,13 @@ namespace hdmbench::commands {
 
 namespace {
 
-const Option<std::vector<std::filesystem::path>> results("results",
-                                                         "Files that --json wrote, or folders of them");
+const Option<std::vector<std::filesystem::path>> result_files("results",
+                                                              "Files that --json wrote, or folders of them");
 const Option<OutputFile> page_file("--output", "The page", "hdmbench-report.html");
 
 int run_report(Call& call) {
-  write_report(call[results], call[page_file]);
-  fmt::print("{}\n{}\n", summary_text(call[results]), call[page_file].string());
+  write_report(call[result_files], call[page_file]);
+  fmt::print("{}\n{}\n", summary_text(call[result_files]), call[page_file].string());
   return success;
 }
 
@@ -48,8 +48,8 @@ int write_page([[maybe_unused]] Call& call) {
 
 void add_report(CLI::App& program, Call& call) {
   add_command(program, call, "report", run_report,
-              "Put results into one HTML page that needs no network and no other file.", {results, page_file},
-              {"results is required"});
+              "Put results into one HTML page that needs no network and no other file.",
+              {result_files, page_file}, {"results is required"});
 }
 
 void add_browser(CLI::App& program, Call& call) {

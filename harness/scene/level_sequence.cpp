@@ -185,7 +185,7 @@ void StopRule::report(std::int64_t changed, const Level& level, const VectorFiel
     stopped_ = changed == 0;
   } else if (schedule_.stop == Stop::energy) {
     const double energy = mean_energy(level, displacement);
-    stopped_ = energy_ && std::abs(energy - *energy_) < schedule_.epsilon;
+    stopped_ = std::abs(energy - energy_) < schedule_.epsilon;
     energy_ = energy;
   }
 }

@@ -3,6 +3,7 @@
 #include "harness/scene/scene.hpp"
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <vector>
 
@@ -68,7 +69,7 @@ private:
   const Schedule& schedule_;
   int limit_;
   bool stopped_ = false;
-  std::optional<double> energy_; ///< mean energy after the iteration before
+  double energy_ = std::numeric_limits<double>::infinity(); ///< mean energy after the iteration before, if there was one
 };
 
 } // namespace hdmbench

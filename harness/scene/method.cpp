@@ -117,13 +117,13 @@ bool RegisteredEnergy::has(const Method& method) const {
   return &method >= methods.data() && &method < methods.data() + methods.size();
 }
 
-std::span<const RegisteredEnergy* const> energies() {
+std::span<const RegisteredEnergy* const> registered_energies() {
   return registry();
 }
 
 std::vector<std::string_view> energy_names() {
   std::vector<std::string_view> names;
-  std::ranges::transform(energies(), std::back_inserter(names), &RegisteredEnergy::name);
+  std::ranges::transform(registered_energies(), std::back_inserter(names), &RegisteredEnergy::name);
   return names;
 }
 
@@ -132,7 +132,8 @@ const RegisteredEnergy& usual_energy() {
 }
 
 bool register_energy(const RegisteredEnergy& energy) {
-  if (std::ranges::find(energies(), energy.name, &RegisteredEnergy::name) != energies().end()) {
+  if (std::ranges::find(registered_energies(), energy.name, &RegisteredEnergy::name) !=
+      registered_energies().end()) {
     throw std::logic_error(fmt::format("two energies are called {}", energy.name));
   }
   registry().push_back(&energy);
@@ -140,8 +141,8 @@ bool register_energy(const RegisteredEnergy& energy) {
 }
 
 const RegisteredEnergy& find_energy(std::string_view name) {
-  const auto found = std::ranges::find(energies(), name, &RegisteredEnergy::name);
-  if (found == energies().end()) {
+  const auto found = std::ranges::find(registered_energies(), name, &RegisteredEnergy::name);
+  if (found == registered_energies().end()) {
     throw InputError(
         fmt::format("there is no energy \"{}\"; the energies are {}", name, fmt::join(energy_names(), ", ")));
   }
@@ -149,16 +150,17 @@ const RegisteredEnergy& find_energy(std::string_view name) {
 }
 
 const RegisteredEnergy& energy_near(ReferenceSolution solution) {
-  return **std::ranges::find(energies(), solution, &RegisteredEnergy::near);
+  return **std::ranges::find(registered_energies(), solution, &RegisteredEnergy::near);
 }
 
 const RegisteredEnergy& energy_of(const Method& method) {
-  return **std::ranges::find_if(energies(), [&](const auto* energy) { return energy->has(method); });
+  return **std::ranges::find_if(registered_energies(),
+                                [&](const auto* energy) { return energy->has(method); });
 }
 
 const Method& find_method(std::string_view name, const RegisteredEnergy* energy) {
   std::vector<std::string_view> names;
-  for (const RegisteredEnergy* const known : energies()) {
+  for (const RegisteredEnergy* const known : registered_energies()) {
     for (const Method& method : known->methods) {
       const bool is_meant = energy == nullptr ? &energy_of(method) == known : energy == known;
       if (is_meant && method.name == name) {

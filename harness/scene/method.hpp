@@ -65,7 +65,7 @@ struct RegisteredEnergy {
 };
 
 /// Returns all energies that can be named, usual_energy() first.
-[[nodiscard]] std::span<const RegisteredEnergy* const> energies();
+[[nodiscard]] std::span<const RegisteredEnergy* const> registered_energies();
 /// Returns their names in the same order.
 [[nodiscard]] std::vector<std::string_view> energy_names();
 /// Adds an energy, which must live as long as the program, before anything asks for energies by name. Returns

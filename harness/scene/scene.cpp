@@ -117,7 +117,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   scene.title = file.name;
   reader.read("title", scene.title);
   if (reader.has("energy")) {
-    scene.stated_energy = energies()[reader.choice("energy", energy_names())];
+    scene.stated_energy = registered_energies()[reader.choice("energy", energy_names())];
     scene.energy = scene.stated_energy;
   }
   const std::optional<Extent> size = read_size(reader, options);

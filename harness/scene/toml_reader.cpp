@@ -45,7 +45,7 @@ bool is_modulus(double value) {
   return value > 0.0 && std::isfinite(stored) && std::isfinite(1.0F / stored);
 }
 
-const std::array keys{
+const std::array known_keys{
     Key{"", "title"},
     Key{"", "size", {}, is_side, "whole numbers >= 1, [width, height] or [width, height, depth]"},
     Key{"", "penalty", of_hdm},
@@ -129,8 +129,8 @@ const Key* find_key(std::string_view where, std::string_view name) {
   const std::size_t first = std::min(where.find_first_not_of('['), where.size());
   const std::string_view table = where.substr(first, where.find(']') - first);
   const auto found =
-      std::ranges::find_if(keys, [&](const Key& key) { return key.table == table && key.name == name; });
-  return found == keys.end() ? nullptr : &*found;
+      std::ranges::find_if(known_keys, [&](const Key& key) { return key.table == table && key.name == name; });
+  return found == known_keys.end() ? nullptr : &*found;
 }
 
 } // namespace
@@ -140,7 +140,7 @@ TomlReader::TomlReader(const toml::table& table, std::string file, std::string w
   for (const auto& [name, node] : table_) {
     if (find_key(where_, name.str()) == nullptr) {
       std::vector<std::string_view> known;
-      for (const Key& key : keys) {
+      for (const Key& key : known_keys) {
         if (find_key(where_, key.name) == &key) {
           known.push_back(key.name);
         }

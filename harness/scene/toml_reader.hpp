@@ -96,4 +96,17 @@ private:
   std::set<std::string, std::less<>> asked_for_;
 };
 
+template <>
+std::string TomlReader::get(std::string_view key);
+template <>
+double TomlReader::get(std::string_view key);
+template <>
+bool TomlReader::get(std::string_view key);
+template <>
+int TomlReader::get(std::string_view key);
+template <>
+std::array<double, 2> TomlReader::get(std::string_view key);
+template <>
+std::vector<float> TomlReader::get(std::string_view key);
+
 } // namespace hdmbench

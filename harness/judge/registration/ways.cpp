@@ -20,7 +20,7 @@ struct Found {
   double seconds = 0.0;
 };
 
-struct Way {
+struct NamedWay {
   std::string_view name;
   bool is_there;
   bool is_told; ///< where the region of interest is
@@ -64,7 +64,7 @@ std::vector<RegisteredPair> register_every_way(const PairToRegister& pair, const
   };
   const IteratedOptions smooth{.iterations = 60, .stiffness = 0.3, .gaussian = 2.0, .smallest_step = 0.01};
   const bool has_region = std::ranges::any_of(pair.region.values, [](float value) { return value != 0.0F; });
-  const std::vector<Way> ways{
+  const std::vector<NamedWay> ways{
       {not_registered, true, false, [&] { return Found{VectorField(scene.extent())}; }},
       {by_b_splines, slow, told, conventionally},
       {algorithm_5, slow, true, [&] { return physically(found.at(by_b_splines)); }},
@@ -73,7 +73,7 @@ std::vector<RegisteredPair> register_every_way(const PairToRegister& pair, const
       {algorithm_5_after_6, has_region, true,
        [&] { return physically(told ? found.at(algorithm_6) : iterate(pair.region, {})); }}};
   std::vector<RegisteredPair> all;
-  for (const Way& way : ways) {
+  for (const NamedWay& way : ways) {
     if (way.is_there) {
       progress.describe(fmt::format("{}, {}", caption, way.name));
       const Found& result = found.emplace(way.name, way.go()).first->second;
