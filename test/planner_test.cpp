@@ -140,6 +140,17 @@ TEST(Planner, LittleTimeGivesACoarseField) {
   EXPECT_LT(fine_sweep_equivalents(hasty), fine_sweep_equivalents(plan(scene, {.accuracy = 1e-3})) / 5.0);
 }
 
+/// The volume has 53 times the sites of its only sampled image, not 8 times.
+TEST(Planner, TheVolumeItselfIsNotBegunWithoutTimeForItsSites) {
+  const Scene scene = shipped("ball", {60, 60, 60});
+  double sampled = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 3; ++i) {
+    sampled = std::min(sampled, plan(scene, {.seconds = 1e-6}).steps.front().seconds);
+  }
+  const Plan found = plan(scene, {.seconds = 16.0 * sampled});
+  EXPECT_EQ(found.steps.back().action, "interpolation") << found.outcome;
+}
+
 /// Nothing but springs holds the sheet, and hardly.
 TEST(Planner, WeakSpringsAreEstimatedOrSolved) {
   int without_truth = 0; // held so weakly that a factorisation in double finds none

@@ -186,8 +186,9 @@ private:
       const double error = moved > 0.0 ? error_of_cells(moved, moved_before) : unknown;
       note(extent, "sampled image", before ? "the next finer one" : "one coarser than what shows the scene",
            moved, error);
-      // Twice the sites along every axis, the work of a site being the same.
-      const bool no_time = !has_time_for(std::ldexp(seconds, static_cast<int>(extent.axes())));
+      // The next one is the next finer sampled image or the image itself; the work of a site is the same.
+      const double more = static_cast<double>(extents_[at - 1].sites()) / static_cast<double>(extent.sites());
+      const bool no_time = !has_time_for(seconds * more);
       double in_all = unknown;
       if (before && (is_accurate(error) || no_time)) {
         in_all = with_hidden(error, *before); // cheaper there, and hardly ever less
