@@ -151,6 +151,18 @@ TEST(Planner, TheVolumeItselfIsNotBegunWithoutTimeForItsSites) {
   EXPECT_EQ(found.steps.back().action, "interpolation") << found.outcome;
 }
 
+TEST(Planner, AVolumeHasItsNumbersBackInTheMemoryThatTheyHad) {
+  Scene scene = shipped("ball", {40, 41, 42});
+  const Level before = scene.full;
+  const float* const memory = scene.full.modulus.values.data();
+  (void)solve_as_needed(scene, {.accuracy = 1e-4}, test::find("openmp"), {}, test::silent());
+  EXPECT_EQ(scene.full.modulus.values.data(), memory);
+  EXPECT_EQ(scene.full.modulus.values, before.modulus.values);
+  EXPECT_EQ(scene.full.inverse_modulus.values, before.inverse_modulus.values);
+  EXPECT_EQ(scene.full.target.planes, before.target.planes);
+  EXPECT_EQ(scene.full.confidence.planes, before.confidence.planes);
+}
+
 /// Nothing but springs holds the sheet, and hardly.
 TEST(Planner, WeakSpringsAreEstimatedOrSolved) {
   int without_truth = 0; // held so weakly that a factorisation in double finds none

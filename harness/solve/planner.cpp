@@ -16,10 +16,16 @@
 #ifdef __GLIBC__
 #include <malloc.h>
 #endif
+#ifdef __linux__
+#include <sys/mman.h>
+#include <unistd.h>
+#endif
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <list>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -76,16 +82,38 @@ double rms_difference(const VectorField& a, const VectorField& b) {
   return std::sqrt(squares / static_cast<double>(a.extent.sites()));
 }
 
-/// The fields of a scene that nobody reads while it is solved, a third of what a volume would take: as long
-/// as the object lives their rows share memory.
+/// Numbers of a scene that nobody reads for now: as long as the object lives their rows share memory. What
+/// they do not need the system gets, and the addresses stay, so that to bring them back needs no allocation.
+class FieldAside {
+public:
+  FieldAside(std::vector<float>& values, Extent extent)
+      : values_(values),
+        rows_(values, static_cast<std::size_t>(extent.width), static_cast<std::size_t>(extent.height)) {
+#ifdef __linux__
+    const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+    void* spare = rows_.spare().data();
+    std::size_t bytes = rows_.spare().size_bytes();
+    if (std::align(page, page, spare, bytes) != nullptr) { // where this fails the memory stays
+      (void)madvise(spare, bytes / page * page, MADV_DONTNEED);
+    }
+#endif
+  }
+  FieldAside(const FieldAside&) = delete;
+  FieldAside& operator=(const FieldAside&) = delete;
+  ~FieldAside() {
+    values_ = std::move(rows_).values();
+  }
+
+private:
+  std::vector<float>& values_;
+  SharedRows rows_;
+};
+
+/// The fields of a scene that nobody reads while it is solved, a third of what a volume would take.
 class SetAside {
 public:
   explicit SetAside(Scene& scene) {
-    const auto take = [&](std::vector<float>& values) {
-      const Extent extent = scene.extent();
-      fields_.emplace_back(&values, SharedRows(values, static_cast<std::size_t>(extent.width),
-                                               static_cast<std::size_t>(extent.height)));
-    };
+    const auto take = [&](std::vector<float>& values) { fields_.emplace_back(values, scene.extent()); };
     for (VectorField* const field : {&scene.full.target, &scene.full.confidence}) {
       std::ranges::for_each(field->planes, take);
     }
@@ -96,16 +124,9 @@ public:
     malloc_trim(0); // what set-up left between arrays that are still there
 #endif
   }
-  SetAside(const SetAside&) = delete;
-  SetAside& operator=(const SetAside&) = delete;
-  ~SetAside() {
-    for (const auto& [values, rows] : fields_) {
-      *values = rows.values();
-    }
-  }
 
 private:
-  std::vector<std::pair<std::vector<float>*, SharedRows>> fields_;
+  std::list<FieldAside> fields_;
 };
 
 class Planner {
