@@ -155,6 +155,11 @@ TEST(Planner, AVolumeHasItsNumbersBackInTheMemoryThatTheyHad) {
   Scene scene = shipped("ball", {40, 41, 42});
   const Level before = scene.full;
   const float* const memory = scene.full.modulus.values.data();
+  const VectorField field = solved(scene).displacement;
+  const auto session = test::find("openmp").open_elastic({});
+  EXPECT_EQ(solve_elastic(scene, *session, test::silent(), {.unread = &scene}).displacement.planes,
+            field.planes);
+  EXPECT_EQ(scene.full.modulus.values.data(), memory);
   (void)solve_as_needed(scene, {.accuracy = 1e-4}, test::find("openmp"), {}, test::silent());
   EXPECT_EQ(scene.full.modulus.values.data(), memory);
   EXPECT_EQ(scene.full.modulus.values, before.modulus.values);

@@ -5,27 +5,18 @@
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/sampled_image.hpp"
+#include "harness/solve/set_aside.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/modulus.hpp"
-#include "kernels/data/shared_rows.hpp"
 
 #include <fmt/format.h>
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
-#ifdef __linux__
-#include <sys/mman.h>
-#include <unistd.h>
-#endif
 
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <list>
-#include <memory>
 #include <utility>
 #include <vector>
 
@@ -81,53 +72,6 @@ double rms_difference(const VectorField& a, const VectorField& b) {
   }
   return std::sqrt(squares / static_cast<double>(a.extent.sites()));
 }
-
-/// Numbers of a scene that nobody reads for now: as long as the object lives their rows share memory. What
-/// they do not need the system gets, and the addresses stay, so that to bring them back needs no allocation.
-class FieldAside {
-public:
-  FieldAside(std::vector<float>& values, Extent extent)
-      : values_(values),
-        rows_(values, static_cast<std::size_t>(extent.width), static_cast<std::size_t>(extent.height)) {
-#ifdef __linux__
-    const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
-    void* spare = rows_.spare().data();
-    std::size_t bytes = rows_.spare().size_bytes();
-    if (std::align(page, page, spare, bytes) != nullptr) { // where this fails the memory stays
-      (void)madvise(spare, bytes / page * page, MADV_DONTNEED);
-    }
-#endif
-  }
-  FieldAside(const FieldAside&) = delete;
-  FieldAside& operator=(const FieldAside&) = delete;
-  ~FieldAside() {
-    values_ = std::move(rows_).values();
-  }
-
-private:
-  std::vector<float>& values_;
-  SharedRows rows_;
-};
-
-/// The fields of a scene that nobody reads while it is solved, a third of what a volume would take.
-class SetAside {
-public:
-  explicit SetAside(Scene& scene) {
-    const auto take = [&](std::vector<float>& values) { fields_.emplace_back(values, scene.extent()); };
-    for (VectorField* const field : {&scene.full.target, &scene.full.confidence}) {
-      std::ranges::for_each(field->planes, take);
-    }
-    take(scene.full.modulus.values);
-    take(scene.full.inverse_modulus.values);
-    take(scene.picture.values);
-#ifdef __GLIBC__
-    malloc_trim(0); // what set-up left between arrays that are still there
-#endif
-  }
-
-private:
-  std::list<FieldAside> fields_;
-};
 
 class Planner {
 public:
@@ -306,10 +250,7 @@ private:
   void solve_image() {
     ElasticSolver solver(scene_.full, scene_.elastic, session_);
     const double contrast = contrast_of(scene_.full.modulus);
-    std::optional<SetAside> aside;
-    if (scene_.extent().axes() == 3 && !has_springs(scene_.full)) { // images are small, springs needed again
-      aside.emplace(scene_);
-    }
+    std::optional<SetAside> aside(scene_);
     note(scene_.extent(), "levels", "moments of the moduli and cut cells on all levels", 0.0, unknown);
     const double set_up = clock_.seconds();
     solver.full_multigrid();
@@ -342,9 +283,7 @@ private:
                                : std::string("there is time left"),
            step.change, error.estimate());
     }
-    if (!aside) {
-      solver.settle(scene_.full, free_motions(scene_.full));
-    }
+    solver.settle(scene_.full);
     plan_.solution.displacement = solver.result();
     aside.reset();
     add_work(solver);
