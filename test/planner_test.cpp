@@ -140,6 +140,34 @@ TEST(Planner, LittleTimeGivesACoarseField) {
   EXPECT_LT(fine_sweep_equivalents(hasty), fine_sweep_equivalents(plan(scene, {.accuracy = 1e-3})) / 5.0);
 }
 
+/// The volume has 53 times the sites of its only sampled image, not 8 times.
+TEST(Planner, TheVolumeItselfIsNotBegunWithoutTimeForItsSites) {
+  const Scene scene = shipped("ball", {60, 60, 60});
+  double sampled = std::numeric_limits<double>::infinity();
+  for (int i = 0; i < 3; ++i) {
+    sampled = std::min(sampled, plan(scene, {.seconds = 1e-6}).steps.front().seconds);
+  }
+  const Plan found = plan(scene, {.seconds = 16.0 * sampled});
+  EXPECT_EQ(found.steps.back().action, "interpolation") << found.outcome;
+}
+
+TEST(Planner, AVolumeHasItsNumbersBackInTheMemoryThatTheyHad) {
+  Scene scene = shipped("ball", {40, 41, 42});
+  const Level before = scene.full;
+  const float* const memory = scene.full.modulus.values.data();
+  const VectorField field = solved(scene).displacement;
+  const auto session = test::find("openmp").open_elastic({});
+  EXPECT_EQ(solve_elastic(scene, *session, test::silent(), {.unread = &scene}).displacement.planes,
+            field.planes);
+  EXPECT_EQ(scene.full.modulus.values.data(), memory);
+  (void)solve_as_needed(scene, {.accuracy = 1e-4}, test::find("openmp"), {}, test::silent());
+  EXPECT_EQ(scene.full.modulus.values.data(), memory);
+  EXPECT_EQ(scene.full.modulus.values, before.modulus.values);
+  EXPECT_EQ(scene.full.inverse_modulus.values, before.inverse_modulus.values);
+  EXPECT_EQ(scene.full.target.planes, before.target.planes);
+  EXPECT_EQ(scene.full.confidence.planes, before.confidence.planes);
+}
+
 /// Nothing but springs holds the sheet, and hardly.
 TEST(Planner, WeakSpringsAreEstimatedOrSolved) {
   int without_truth = 0; // held so weakly that a factorisation in double finds none

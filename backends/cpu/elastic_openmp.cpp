@@ -84,7 +84,9 @@ private:
     for (std::size_t level = 0; level < responses_.size(); ++level) {
       const RingedGrid& grid = hierarchy.levels[level].grid;
       for (std::vector<float>& entry : hierarchy.levels[level].response) {
-        responses_[level].emplace_back(entry, grid.pitch, grid.plane / grid.pitch, RingedGrid::margin);
+        responses_[level]
+            .emplace_back(entry, grid.pitch, grid.plane / grid.pitch, RingedGrid::margin)
+            .shrink();
       }
     }
     mixed_ = axes() == 3 ? MixedCells(hierarchy.levels.front()) : MixedCells();

@@ -334,7 +334,8 @@ int run_scene(Call& call) {
   if (asks(call)) {
     plan = solve_as_needed(scene, request, backend, session, progress);
   } else {
-    unplanned = Solver(backend, session).solve(scene, progress, {.last_changed = inspected});
+    unplanned =
+        Solver(backend, session).solve(scene, progress, {.unread = &scene, .last_changed = inspected});
   }
   const Solution& solution = plan ? plan->solution : unplanned;
   progress.clear();

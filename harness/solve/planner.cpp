@@ -5,17 +5,14 @@
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/sampled_image.hpp"
+#include "harness/solve/set_aside.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/modulus.hpp"
-#include "kernels/data/shared_rows.hpp"
 
 #include <fmt/format.h>
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
 
 #include <algorithm>
 #include <cmath>
@@ -75,38 +72,6 @@ double rms_difference(const VectorField& a, const VectorField& b) {
   }
   return std::sqrt(squares / static_cast<double>(a.extent.sites()));
 }
-
-/// The fields of a scene that nobody reads while it is solved, a third of what a volume would take: as long
-/// as the object lives their rows share memory.
-class SetAside {
-public:
-  explicit SetAside(Scene& scene) {
-    const auto take = [&](std::vector<float>& values) {
-      const Extent extent = scene.extent();
-      fields_.emplace_back(&values, SharedRows(values, static_cast<std::size_t>(extent.width),
-                                               static_cast<std::size_t>(extent.height)));
-    };
-    for (VectorField* const field : {&scene.full.target, &scene.full.confidence}) {
-      std::ranges::for_each(field->planes, take);
-    }
-    take(scene.full.modulus.values);
-    take(scene.full.inverse_modulus.values);
-    take(scene.picture.values);
-#ifdef __GLIBC__
-    malloc_trim(0); // what set-up left between arrays that are still there
-#endif
-  }
-  SetAside(const SetAside&) = delete;
-  SetAside& operator=(const SetAside&) = delete;
-  ~SetAside() {
-    for (const auto& [values, rows] : fields_) {
-      *values = rows.values();
-    }
-  }
-
-private:
-  std::vector<std::pair<std::vector<float>*, SharedRows>> fields_;
-};
 
 class Planner {
 public:
@@ -186,8 +151,9 @@ private:
       const double error = moved > 0.0 ? error_of_cells(moved, moved_before) : unknown;
       note(extent, "sampled image", before ? "the next finer one" : "one coarser than what shows the scene",
            moved, error);
-      // Twice the sites along every axis, the work of a site being the same.
-      const bool no_time = !has_time_for(std::ldexp(seconds, static_cast<int>(extent.axes())));
+      // The next one is the next finer sampled image or the image itself; the work of a site is the same.
+      const double more = static_cast<double>(extents_[at - 1].sites()) / static_cast<double>(extent.sites());
+      const bool no_time = !has_time_for(seconds * more);
       double in_all = unknown;
       if (before && (is_accurate(error) || no_time)) {
         in_all = with_hidden(error, *before); // cheaper there, and hardly ever less
@@ -284,10 +250,7 @@ private:
   void solve_image() {
     ElasticSolver solver(scene_.full, scene_.elastic, session_);
     const double contrast = contrast_of(scene_.full.modulus);
-    std::optional<SetAside> aside;
-    if (scene_.extent().axes() == 3 && !has_springs(scene_.full)) { // images are small, springs needed again
-      aside.emplace(scene_);
-    }
+    std::optional<SetAside> aside(scene_);
     note(scene_.extent(), "levels", "moments of the moduli and cut cells on all levels", 0.0, unknown);
     const double set_up = clock_.seconds();
     solver.full_multigrid();
@@ -320,9 +283,7 @@ private:
                                : std::string("there is time left"),
            step.change, error.estimate());
     }
-    if (!aside) {
-      solver.settle(scene_.full, free_motions(scene_.full));
-    }
+    solver.settle(scene_.full);
     plan_.solution.displacement = solver.result();
     aside.reset();
     add_work(solver);

@@ -53,6 +53,9 @@ struct Solution {
 [[nodiscard]] std::string method_name(const Scene& scene);
 
 struct SolveOptions {
+  /// The scene that is solved, where nobody else reads it meanwhile: with the elastic energy its fields may
+  /// then be set aside (set_aside.hpp), and are back in the end. Null: it is left as it is.
+  Scene* unread = nullptr;
   bool last_changed = false; ///< LevelResult::changed also where the stop rule does not need it
   /// Called after each level with its field; not part of the timings.
   std::function<void(const LevelResult&, const VectorField&)> level_done{};

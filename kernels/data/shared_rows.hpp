@@ -1,7 +1,9 @@
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstring>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -31,21 +33,27 @@ public:
       end += pitch_;
     }
     kept_.resize(end);
-    kept_.shrink_to_fit();
+  }
+
+  /// Gives the memory back that the rows do not need. There is no values() afterwards.
+  void shrink() { kept_.shrink_to_fit(); }
+  /// The memory behind the rows, whose content nobody needs, until shrink().
+  [[nodiscard]] std::span<float> spare() {
+    return {kept_.data() + kept_.size(), kept_.capacity() - kept_.size()};
   }
 
   /// `index` of a row's first number in the values.
   [[nodiscard]] const float* row(std::size_t index) const {
     return kept_.data() + first_[(index - margin_) / pitch_];
   }
-  /// All values; those of the margin are 0.
-  [[nodiscard]] std::vector<float> values() const {
-    std::vector<float> all(margin_);
-    all.reserve(margin_ + first_.size() * pitch_);
-    for (const std::size_t begin : first_) {
-      all.insert(all.end(), kept_.data() + begin, kept_.data() + begin + pitch_);
+  /// Returns all values in the memory that they came in: none is allocated. Those of the margin are 0.
+  [[nodiscard]] std::vector<float> values() && noexcept {
+    kept_.resize(margin_ + first_.size() * pitch_);
+    for (std::size_t row = first_.size(); row-- > 0;) { // no row is kept behind its place
+      std::memmove(kept_.data() + margin_ + row * pitch_, kept_.data() + first_[row], sizeof(float) * pitch_);
     }
-    return all;
+    std::fill_n(kept_.data(), margin_, 0.0F);
+    return std::move(kept_);
   }
 
 private:

@@ -4,6 +4,7 @@
 #include "harness/scene/sites.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/solver.hpp"
+#include "harness/solve/set_aside.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
@@ -265,8 +266,9 @@ VectorField ElasticSolver::result() {
   return displacement();
 }
 
-double ElasticSolver::settle(const Level& full, const std::vector<RigidMotion>& motions) {
-  if (!sprung_ || motions.empty()) {
+double ElasticSolver::settle(const Level& full) {
+  const std::vector<RigidMotion> motions = sprung_ ? free_motions(full) : std::vector<RigidMotion>();
+  if (motions.empty()) {
     return 0.0;
   }
   const Stopwatch watch(timings_.compute);
@@ -393,13 +395,18 @@ std::optional<double> follow(const Schedule& schedule, double largest, double co
   return std::hypot(gradients ? error.estimate() : of_cycles.estimate(), rounding);
 }
 
-/// By the scene's method on the image itself.
-Solution solve_whole(const Scene& scene, ElasticSession& session, Progress& progress) {
+/// By the scene's method on the image itself. `unread`: SolveOptions::unread.
+Solution solve_whole(const Scene& scene, ElasticSession& session, Progress& progress, Scene* unread) {
   ElasticSolver solver(scene.full, scene.elastic, session);
-  const std::optional<double> error =
-      follow(scene.schedule, largest_component(scene.full.target), contrast_of(scene.full.modulus),
-             static_cast<double>(scene.extent().sites()), solver, progress);
-  solver.settle(scene.full, free_motions(scene.full));
+  const double largest = largest_component(scene.full.target);
+  const double contrast = contrast_of(scene.full.modulus);
+  std::optional<SetAside> aside;
+  if (unread != nullptr) {
+    aside.emplace(*unread);
+  }
+  const std::optional<double> error = follow(scene.schedule, largest, contrast,
+                                             static_cast<double>(scene.extent().sites()), solver, progress);
+  solver.settle(scene.full);
   Solution solution;
   solution.levels = solver.work();
   solution.timings = solver.timings();
@@ -420,7 +427,7 @@ Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& pr
   if (const std::optional<Scene> scaled = with_safe_moduli(scene)) {
     return solve_elastic(*scaled, session, progress, options);
   }
-  Solution solution = solve_whole(scene, session, progress);
+  Solution solution = solve_whole(scene, session, progress, options.unread);
   std::ranges::reverse(solution.levels); // the coarsest first, as other methods have them
   if (options.level_done) {
     options.level_done(solution.levels.back(), solution.displacement);

@@ -52,9 +52,8 @@ public:
 
   /// Where springs alone keep the sheet from moving without strain: brings it to where they are in balance.
   /// Steps see the less of such motions the weaker the springs are beside the tissue, in the end nothing.
-  /// `motions` are those that what is prescribed leaves (free_motions()). Returns the RMS of the way, pixels.
-  /// The last thing to do.
-  double settle(const Level& full, const std::vector<RigidMotion>& motions);
+  /// Returns the RMS of the way, pixels. The last thing to do. Reads the sheet only where springs pull.
+  double settle(const Level& full);
 
   [[nodiscard]] VectorField displacement() const;
   /// The same as the last thing to do: the session gives its memory back.

@@ -1,0 +1,47 @@
+#include "harness/solve/set_aside.hpp"
+
+#include "kernels/data/elastic/springs.hpp"
+
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+#ifdef __linux__
+#include <sys/mman.h>
+#include <unistd.h>
+#endif
+
+#include <algorithm>
+#include <memory>
+
+namespace hdmbench {
+
+FieldAside::FieldAside(std::vector<float>& values, Extent extent)
+    : values_(values),
+      rows_(values, static_cast<std::size_t>(extent.width), static_cast<std::size_t>(extent.height)) {
+#ifdef __linux__
+  const auto page = static_cast<std::size_t>(sysconf(_SC_PAGESIZE));
+  void* spare = rows_.spare().data();
+  std::size_t bytes = rows_.spare().size_bytes();
+  if (std::align(page, page, spare, bytes) != nullptr) { // where this fails the memory stays
+    (void)madvise(spare, bytes / page * page, MADV_DONTNEED);
+  }
+#endif
+}
+
+SetAside::SetAside(Scene& scene) {
+  if (scene.extent().axes() == 2 || has_springs(scene.full)) {
+    return;
+  }
+  const auto take = [&](std::vector<float>& values) { fields_.emplace_back(values, scene.extent()); };
+  for (VectorField* const field : {&scene.full.target, &scene.full.confidence}) {
+    std::ranges::for_each(field->planes, take);
+  }
+  take(scene.full.modulus.values);
+  take(scene.full.inverse_modulus.values);
+  take(scene.picture.values);
+#ifdef __GLIBC__
+  malloc_trim(0); // what set-up left between arrays that are still there
+#endif
+}
+
+} // namespace hdmbench
