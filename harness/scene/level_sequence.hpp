@@ -69,7 +69,7 @@ private:
   const Schedule& schedule_;
   int limit_;
   bool stopped_ = false;
-  double energy_ = std::numeric_limits<double>::infinity(); ///< mean energy after the iteration before, if there was one
+  double energy_ = std::numeric_limits<double>::infinity(); ///< mean, after the iteration before
 };
 
 } // namespace hdmbench

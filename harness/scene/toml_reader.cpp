@@ -128,8 +128,8 @@ const std::array known_keys{
 const Key* find_key(std::string_view where, std::string_view name) {
   const std::size_t first = std::min(where.find_first_not_of('['), where.size());
   const std::string_view table = where.substr(first, where.find(']') - first);
-  const auto found =
-      std::ranges::find_if(known_keys, [&](const Key& key) { return key.table == table && key.name == name; });
+  const auto found = std::ranges::find_if(
+      known_keys, [&](const Key& key) { return key.table == table && key.name == name; });
   return found == known_keys.end() ? nullptr : &*found;
 }
 
