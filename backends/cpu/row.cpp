@@ -1,15 +1,10 @@
 // Built once per energy (built_energy.hpp) and instruction set: HDMBENCH_INSTRUCTION_SET is baseline, avx2 or
-// avx512. A test that builds it many times makes do with fewer candidates (HDMBENCH_MOST_CANDIDATES) than the
-// 16 of StepSet.
+// avx512.
 
 #include "backends/cpu/row.hpp"
 
 #include "kernels/data/default_steps.hpp"
 #include "kernels/specification/built_energy.hpp"
-
-#ifndef HDMBENCH_MOST_CANDIDATES
-#define HDMBENCH_MOST_CANDIDATES 16
-#endif
 
 namespace hdmbench::energies::HDMBENCH_ENERGY::HDMBENCH_INSTRUCTION_SET {
 
@@ -250,24 +245,19 @@ std::int64_t sweep_turn(const RowPart& part) {
   return sweep_sites<Kind{axes, rule, step_count, observed, true, true}>(part);
 }
 
-/// The number of candidates as a constant: their loop unrolls. Nine to fifteen of the best candidate's are
-/// compiled as 16, the rest being the first one again: it never beats itself. In a volume all but five and
-/// fewer are, and annealing counts them at run time.
-template <int axes, int rule, bool observed, int step_count = HDMBENCH_MOST_CANDIDATES>
+/// The number of candidates as a constant: their loop unrolls. Others than these numbers are compiled as the
+/// next larger one, the rest being the first candidate again: it never beats itself.
+template <int axes, bool observed>
 std::int64_t sweep_candidates(const RowPart& part) {
-  constexpr bool at_run_time = axes > 2 && rule == Rules::rule_annealing;
-  constexpr int step_limit = axes > 2 ? 5 : rule == Rules::rule_steps ? 8 : step_count - 1;
-  constexpr int fewer = at_run_time               ? 0
-                        : step_count > step_limit ? step_limit
-                        : axes > 2                ? 0
-                                                  : step_count - 1;
-  constexpr int count = at_run_time ? counted_at_run_time : step_count;
-  if constexpr (fewer > 0) {
-    if (part.step_count <= fewer) {
-      return sweep_candidates<axes, rule, observed, fewer>(part);
+  if (part.step_count <= default_step_count) {
+    return sweep_turn<axes, Rules::rule_steps, default_step_count, observed>(part);
+  }
+  if constexpr (axes == 2) {
+    if (part.step_count <= 8) {
+      return sweep_turn<axes, Rules::rule_steps, 8, observed>(part);
     }
   }
-  return sweep_turn<axes, rule, count, observed>(part);
+  return sweep_turn<axes, Rules::rule_steps, 16, observed>(part);
 }
 
 template <int axes, bool observed>
@@ -276,9 +266,9 @@ std::int64_t sweep_rule(const RowPart& part) {
   case Rules::rule_closed_form:
     return sweep_turn<axes, Rules::rule_closed_form, 1, observed>(part);
   case Rules::rule_annealing: // bound by its random numbers: an observation more or less does not show
-    return sweep_candidates<axes, Rules::rule_annealing, true>(part);
+    return sweep_turn<axes, Rules::rule_annealing, counted_at_run_time, true>(part);
   default:
-    return sweep_candidates<axes, Rules::rule_steps, observed>(part);
+    return sweep_candidates<axes, observed>(part);
   }
 }
 
