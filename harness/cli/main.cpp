@@ -156,7 +156,7 @@ int run_and_explain(std::span<char*> words) {
 int main(int argc, char** argv) {
   ask_drivers_apart(argc, argv);
   read_images_apart(argc, argv);
-  set_environment_of_threads(argv);
+  set_environment(argv);
   keep_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN); // a file that grows beyond its limit is then an error as any other
   const int status = run_and_explain({argv, static_cast<std::size_t>(argc)});

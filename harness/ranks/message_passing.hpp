@@ -82,10 +82,11 @@ decltype(auto) ended_by_error_of_one(const Call& call) {
 [[nodiscard]] int launched_together();
 
 /// Starts the program again, with the arguments of main(), where the environment lacks what libraries read
-/// before main(): among several processes that OpenBLAS shall have one thread; and that a thread of OpenMP
-/// which waits for others gives its processor away after some microseconds. By default it turns in a loop for
-/// milliseconds, and on a busy machine the thread that it waits for does not run meanwhile. To be called
-/// before anything else; what the user has set stays.
-void set_environment_of_threads(char** argv);
+/// before main(): among several processes that OpenBLAS shall have one thread; that a thread of OpenMP which
+/// waits for others gives its processor away after some microseconds (by default it turns in a loop for
+/// milliseconds, and on a busy machine the thread that it waits for does not run meanwhile); and that large
+/// arrays lie on large pages: each page that is touched first costs a call of the system, and a volume has
+/// half a million small ones. To be called before anything else; what the user has set stays.
+void set_environment(char** argv);
 
 } // namespace hdmbench

@@ -122,16 +122,21 @@ int launched_together() {
   return 0;
 }
 
-void set_environment_of_threads(char** argv) {
-  const bool is_rank = launched_together() > 1 && std::getenv("OPENBLAS_NUM_THREADS") == nullptr;
-  const bool spins = std::getenv("GOMP_SPINCOUNT") == nullptr && std::getenv("OMP_WAIT_POLICY") == nullptr;
-  if (is_rank) {
-    setenv("OPENBLAS_NUM_THREADS", "1", 1);
+void set_environment(char** argv) {
+  bool is_new = false;
+  const auto is_set = [](const char* name) { return std::getenv(name) != nullptr; };
+  const auto set = [&](const char* name, const char* value) {
+    is_new = is_new || !is_set(name);
+    setenv(name, value, 0);
+  };
+  if (launched_together() > 1) {
+    set("OPENBLAS_NUM_THREADS", "1");
   }
-  if (spins) {
-    setenv("GOMP_SPINCOUNT", "1000", 1);
+  if (!is_set("OMP_WAIT_POLICY")) {
+    set("GOMP_SPINCOUNT", "1000");
   }
-  if (is_rank || spins) {
+  set("GLIBC_TUNABLES", "glibc.malloc.hugetlb=1");
+  if (is_new) {
     execv("/proc/self/exe", argv); // returns only where that cannot be started: then it goes on as it is
   }
 }
