@@ -41,7 +41,7 @@ constexpr bool constant_steps = false;
 constexpr bool constant_steps = true;
 #endif
 
-/// A Kind::step_count.
+/// A Kind::step_count: no loop over sites is vectorised then, which takes five times as long.
 constexpr int counted_at_run_time = 0;
 
 /// No instruction set has vectors of more sites.
@@ -266,7 +266,9 @@ std::int64_t sweep_rule(const RowPart& part) {
   case Rules::rule_closed_form:
     return sweep_turn<axes, Rules::rule_closed_form, 1, observed>(part);
   case Rules::rule_annealing: // bound by its random numbers: an observation more or less does not show
-    return sweep_turn<axes, Rules::rule_annealing, counted_at_run_time, true>(part);
+    return part.step_count == default_step_count
+               ? sweep_turn<axes, Rules::rule_annealing, default_step_count, true>(part)
+               : sweep_turn<axes, Rules::rule_annealing, counted_at_run_time, true>(part);
   default:
     return sweep_candidates<axes, observed>(part);
   }
