@@ -43,6 +43,8 @@ constexpr bool constant_steps = true;
 
 /// A Kind::step_count: no loop over sites is vectorised then, which takes five times as long.
 constexpr int counted_at_run_time = 0;
+/// What annealing has of the default candidates: not 0, which it never draws.
+constexpr int annealed_step_count = default_step_count - 1;
 
 /// No instruction set has vectors of more sites.
 constexpr int most_lanes = 16;
@@ -266,8 +268,8 @@ std::int64_t sweep_rule(const RowPart& part) {
   case Rules::rule_closed_form:
     return sweep_turn<axes, Rules::rule_closed_form, 1, observed>(part);
   case Rules::rule_annealing: // bound by its random numbers: an observation more or less does not show
-    return part.step_count == default_step_count
-               ? sweep_turn<axes, Rules::rule_annealing, default_step_count, true>(part)
+    return part.step_count == annealed_step_count
+               ? sweep_turn<axes, Rules::rule_annealing, annealed_step_count, true>(part)
                : sweep_turn<axes, Rules::rule_annealing, counted_at_run_time, true>(part);
   default:
     return sweep_candidates<axes, observed>(part);
