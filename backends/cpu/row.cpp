@@ -41,10 +41,8 @@ constexpr bool constant_steps = false;
 constexpr bool constant_steps = true;
 #endif
 
-/// A Kind::step_count: no loop over sites is vectorised then, which takes five times as long.
+/// A Kind::step_count: the loop over sites is not vectorised then, and takes five times as long.
 constexpr int counted_at_run_time = 0;
-/// What annealing has of the default candidates: not 0, which it never draws.
-constexpr int annealed_step_count = default_step_count - 1;
 
 /// No instruction set has vectors of more sites.
 constexpr int most_lanes = 16;
@@ -247,8 +245,8 @@ std::int64_t sweep_turn(const RowPart& part) {
   return sweep_sites<Kind{axes, rule, step_count, observed, true, true}>(part);
 }
 
-/// The number of candidates as a constant: their loop unrolls. Others than these numbers are compiled as the
-/// next larger one, the rest being the first candidate again: it never beats itself.
+/// The number of candidates is a constant, so that their loop unrolls. Any number is rounded up to 5, 8 or
+/// 16, in a volume to 5 or 16: the first candidate stands for the rest, and never beats itself.
 template <int axes, bool observed>
 std::int64_t sweep_candidates(const RowPart& part) {
   if (part.step_count <= default_step_count) {
@@ -262,15 +260,27 @@ std::int64_t sweep_candidates(const RowPart& part) {
   return sweep_turn<axes, Rules::rule_steps, 16, observed>(part);
 }
 
+/// The named sets of candidates have 4 or 6 beside 0, which annealing leaves out. It is bound by its random
+/// numbers: an observation more or less does not show.
+template <int axes>
+std::int64_t sweep_annealing(const RowPart& part) {
+  switch (part.step_count) {
+  case 4:
+    return sweep_turn<axes, Rules::rule_annealing, 4, true>(part);
+  case 6:
+    return sweep_turn<axes, Rules::rule_annealing, 6, true>(part);
+  default:
+    return sweep_turn<axes, Rules::rule_annealing, counted_at_run_time, true>(part);
+  }
+}
+
 template <int axes, bool observed>
 std::int64_t sweep_rule(const RowPart& part) {
   switch (part.rule) {
   case Rules::rule_closed_form:
     return sweep_turn<axes, Rules::rule_closed_form, 1, observed>(part);
-  case Rules::rule_annealing: // bound by its random numbers: an observation more or less does not show
-    return part.step_count == annealed_step_count
-               ? sweep_turn<axes, Rules::rule_annealing, annealed_step_count, true>(part)
-               : sweep_turn<axes, Rules::rule_annealing, counted_at_run_time, true>(part);
+  case Rules::rule_annealing:
+    return sweep_annealing<axes>(part);
   default:
     return sweep_candidates<axes, observed>(part);
   }

@@ -9,8 +9,9 @@
 
 namespace hdmbench {
 
-/// Numbers of a scene that nobody reads for now: as long as the object lives their rows share memory. What
-/// they do not need the system gets, and the addresses stay, so that to bring them back needs no allocation.
+/// Numbers of a scene that nobody reads for now. As long as the object lives, equal rows share memory, and
+/// the system has the pages that are free then. The addresses stay, so that the destructor, which brings the
+/// numbers back, allocates nothing and cannot throw.
 class FieldAside {
 public:
   FieldAside(std::vector<float>& values, Extent extent);
@@ -23,8 +24,8 @@ private:
   SharedRows rows_;
 };
 
-/// The fields of a scene that nobody reads while it is solved, a third of what a volume would take. Nothing
-/// of an image, which is small, nor of a scene with springs, which are needed again in the end.
+/// Sets the fields of a scene aside that nobody reads while it is solved, a third of what a volume takes. An
+/// image is left as it is, because it is small, and so is a scene with springs, which are read in the end.
 class SetAside {
 public:
   explicit SetAside(Scene& scene);

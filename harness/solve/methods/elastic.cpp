@@ -400,8 +400,10 @@ Solution solve_whole(const Scene& scene, ElasticSession& session, Progress& prog
   ElasticSolver solver(scene.full, scene.elastic, session);
   const double largest = largest_component(scene.full.target);
   const double contrast = contrast_of(scene.full.modulus);
+  double setting_aside = 0.0; // seconds
   std::optional<SetAside> aside;
   if (unread != nullptr) {
+    const Stopwatch watch(setting_aside);
     aside.emplace(*unread);
   }
   const std::optional<double> error = follow(scene.schedule, largest, contrast,
@@ -410,12 +412,14 @@ Solution solve_whole(const Scene& scene, ElasticSession& session, Progress& prog
   Solution solution;
   solution.levels = solver.work();
   solution.timings = solver.timings();
+  solution.timings.projection += setting_aside;
   if (error && std::isfinite(*error)) {
     solution.estimated_error = error;
   }
   {
     const Stopwatch watch(solution.timings.readback);
     solution.displacement = solver.result();
+    aside.reset();
   }
   return solution;
 }
