@@ -7,6 +7,7 @@
 #include "backends/shared/energy_programs.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "test/bit_cases.hpp"
+#include "test/elastic_cases.hpp"
 #include "test/files.hpp"
 #include "test/sessions.hpp"
 

@@ -1,7 +1,6 @@
 #pragma once
 
 #include "backends/backend.hpp"
-#include "backends/shared/elastic_session.hpp"
 #include "test/random_level.hpp"
 
 #include <string>
@@ -41,20 +40,6 @@ inline constexpr std::array<std::string_view, 8> group_names{"sizes",  "rules", 
 inline constexpr std::array all_groups{Group::sizes,  Group::rules,    Group::candidates, Group::tiles,
                                        Group::waking, Group::pyramids, Group::volumes,    Group::layouts};
 [[nodiscard]] std::vector<BitCase> cases_of(Group group);
-
-/// Levels of the elastic energy, on which a session does every step of its methods.
-struct ElasticCase {
-  std::string name; ///< says how it is made
-  ElasticHierarchy hierarchy;
-};
-/// Every size with every way to hold it.
-[[nodiscard]] std::vector<ElasticCase> elastic_cases();
-[[nodiscard]] ElasticCase random_elastic_case(std::uint64_t seed);
-/// The steps one after the other, compared after each; or in a random order, some twice, with nothing read in
-/// between: what a device does together.
-enum class Order { one_by_one, in_one_go };
-/// Says which step left which field other than scalar's; empty where none did.
-[[nodiscard]] std::string elastic_difference(ElasticSession& session, const ElasticCase& one, Order order);
 
 /// A random level, whose name says how it is made.
 [[nodiscard]] BitCase random_bit_case(Extent extent, Texture texture, std::uint64_t seed,

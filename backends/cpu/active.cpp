@@ -127,7 +127,7 @@ private:
 
   /// The tile, which changed, and of its neighbours those whose rim did.
   void wake_around(int row, int column, Woken& next) {
-    const Rectangle sites = tiling_.rectangle(row, column);
+    const Box sites = tiling_.tile(row, column);
     wake(row, column, next);
     for (const int down : {-1, 0, 1}) {
       for (const int across : {-1, 0, 1}) {
@@ -136,10 +136,10 @@ private:
         if (!exists || (down == 0 && across == 0)) {
           continue;
         }
-        const int x = across > 0 ? sites.last - 1 : sites.first;
-        const int y = down > 0 ? sites.last_row - 1 : sites.first_row;
-        const bool wakes = down == 0 ? changed(x, y, sites.last_row - sites.first_row, tiling_.extent.width)
-                           : across == 0 ? changed(x, y, sites.last - sites.first, 1)
+        const int x = across > 0 ? sites.end[0] - 1 : sites.first[0];
+        const int y = down > 0 ? sites.end[1] - 1 : sites.first[1];
+        const bool wakes = down == 0     ? changed(x, y, sites.extent().height, tiling_.extent.width)
+                           : across == 0 ? changed(x, y, sites.extent().width, 1)
                                          : changed(x, y, 1, 1);
         if (wakes) {
           wake(row + down, column + across, next);
@@ -149,10 +149,10 @@ private:
   }
 
   [[nodiscard]] bool changed_tile(int row, int column) {
-    const Rectangle sites = tiling_.rectangle(row, column);
+    const Box sites = tiling_.tile(row, column);
     bool any = false;
-    for (int y = sites.first_row; y < sites.last_row && !any; ++y) {
-      any = changed(sites.first, y, sites.last - sites.first, 1);
+    for (int y = sites.first[1]; y < sites.end[1] && !any; ++y) {
+      any = changed(sites.first[0], y, sites.extent().width, 1);
     }
     return any;
   }

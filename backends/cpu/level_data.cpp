@@ -34,9 +34,8 @@ void LevelData::make_room(const Arrays& from) {
   }
 }
 
-TileKind LevelData::classified(Rectangle tile) const {
-  const std::size_t origin = extent().index(tile.first, tile.first_row, tile.z);
-  const Box box{{tile.first, tile.first_row, tile.z}, {tile.last, tile.last_row, tile.z + 1}};
+TileKind LevelData::classified(const Box& tile) const {
+  const std::size_t origin = extent().index(tile.first[0], tile.first[1], tile.first[2]);
   // Whether a number is everywhere that of the tile's first site.
   const auto is_one = [&](std::size_t number, const Box& sites) {
     const float* const values = arrays_[number];
@@ -53,14 +52,14 @@ TileKind LevelData::classified(Rectangle tile) const {
   };
   TileKind kind{.uniform_confidence = true};
   for (std::size_t axis = 0; axis < extent().axes(); ++axis) {
-    kind.uniform_confidence = kind.uniform_confidence && is_one(RowPart::confidence + axis, box);
+    kind.uniform_confidence = kind.uniform_confidence && is_one(RowPart::confidence + axis, tile);
   }
   for (std::size_t axis = 0; axis < extent().axes() && kind.uniform_confidence; ++axis) {
     kind.confidence[axis] = arrays_[RowPart::confidence + axis][origin];
     kind.observed = (axis > 0 && kind.observed) || kind.confidence[axis] != 0.0F;
   }
-  if (short_path_ && is_one(RowPart::modulus, box) &&
-      is_one(RowPart::inverse_modulus, box.with_rim(extent()))) {
+  if (short_path_ && is_one(RowPart::modulus, tile) &&
+      is_one(RowPart::inverse_modulus, tile.with_rim(extent()))) {
     kind.uniform = true;
     kind.modulus = arrays_[RowPart::modulus][origin];
     kind.inverse_modulus = arrays_[RowPart::inverse_modulus][origin];
@@ -71,12 +70,12 @@ TileKind LevelData::classified(Rectangle tile) const {
 std::vector<Run> LevelData::find_runs(int row) const {
   std::vector<Run> runs;
   for (int column = 0; column < tiling_.columns; ++column) {
-    const Rectangle tile = tiling_.rectangle(row, column);
+    const Box tile = tiling_.tile(row, column);
     const TileKind& of_tile = kind(tiling_.index(row, column));
     if (column > 0 && runs.back().kind == of_tile) {
-      runs.back().last = tile.last;
+      runs.back().last = tile.end[0];
     } else {
-      runs.push_back({tile.first, tile.last, of_tile});
+      runs.push_back({tile.first[0], tile.end[0], of_tile});
     }
   }
   return runs;
@@ -95,7 +94,7 @@ void LevelData::for_each_tile(int threads, const Call& call) const {
 void LevelData::classify(const std::vector<char>& known, int threads) {
   for_each_tile(threads, [&](int row, int column, std::size_t tile) {
     if (known.empty() || known[tile] == 0) {
-      kinds_[tile] = classified(tiling_.rectangle(row, column));
+      kinds_[tile] = classified(tiling_.tile(row, column));
     }
   });
   runs_.resize(static_cast<std::size_t>(tiling_.rows));
@@ -106,14 +105,14 @@ void LevelData::classify(const std::vector<char>& known, int threads) {
 }
 
 std::optional<TileKind> LevelData::kind_of(const std::vector<int>& rows, const std::vector<int>& columns,
-                                           Rectangle tile) const {
+                                           const Box& tile) const {
   const auto sampled = [](const std::vector<int>& axis, int site) {
     return axis[static_cast<std::size_t>(std::clamp(site, 0, static_cast<int>(axis.size()) - 1))];
   };
-  const int left = sampled(columns, tile.first - 1) / Tiling::width;
-  const int right = sampled(columns, tile.last) / Tiling::width;
-  const int top = sampled(rows, tile.first_row - 1) / Tiling::height;
-  const int bottom = sampled(rows, tile.last_row) / Tiling::height;
+  const int left = sampled(columns, tile.first[0] - 1) / Tiling::width;
+  const int right = sampled(columns, tile.end[0]) / Tiling::width;
+  const int top = sampled(rows, tile.first[1] - 1) / Tiling::height;
+  const int bottom = sampled(rows, tile.end[1]) / Tiling::height;
   const TileKind first = kind(tiling_.index(top, left));
   bool same = !first.observed && first.uniform;
   for (int row = top; row <= bottom && same; ++row) {
@@ -157,7 +156,7 @@ void LevelData::sample(const Level& level, const LevelData& full, Extent extent,
   std::vector<char> known(kinds_.size());
   if (short_path_ && level.inputs.empty() && extent.axes() == 2) {
     for_each_tile(threads, [&](int row, int column, std::size_t tile) {
-      const auto found = full.kind_of(sites.axes[1], columns, tiling_.rectangle(row, column));
+      const auto found = full.kind_of(sites.axes[1], columns, tiling_.tile(row, column));
       const bool at_border =
           row == 0 || column == 0 || row == tiling_.rows - 1 || column == tiling_.columns - 1;
       known[tile] = found && !at_border ? 1 : 0;
@@ -176,15 +175,15 @@ void LevelData::sample(const Level& level, const LevelData& full, Extent extent,
   const Arrays from = arrays_of(level);
   make_room(from);
   for_each_tile(threads, [&](int row, int column, std::size_t at) {
-    const Rectangle tile = tiling_.rectangle(row, column);
-    const int end = is_read(row, column) ? tile.last_row : tile.first_row;
+    const Box tile = tiling_.tile(row, column);
+    const int end = is_read(row, column) ? tile.end[1] : tile.first[1];
     const std::size_t count =
         known[at] == 0 ? arrays_.size() : RowPart::inverse_modulus + 1; // what is read from beside it
     for (std::size_t i = 0; i < count; ++i) {
-      for (int y = tile.first_row; y < end && from[i] != nullptr; ++y) {
-        const float* const source = from[i] + sites.row(y, tile.z);
-        float* const to = own_[i].data() + extent.index(0, y, tile.z);
-        for (int x = tile.first; x < tile.last; ++x) {
+      for (int y = tile.first[1]; y < end && from[i] != nullptr; ++y) {
+        const float* const source = from[i] + sites.row(y, tile.first[2]);
+        float* const to = own_[i].data() + extent.index(0, y, tile.first[2]);
+        for (int x = tile.first[0]; x < tile.end[0]; ++x) {
           to[x] = source[columns[static_cast<std::size_t>(x)]];
         }
       }

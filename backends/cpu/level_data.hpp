@@ -22,16 +22,7 @@ struct Field {
   }
 };
 
-/// Rows first_row ... last_row - 1 of slice z, sites first ... last - 1.
-struct Rectangle {
-  int first_row;
-  int last_row;
-  int first;
-  int last;
-  int z;
-};
-
-/// An image cut into rectangles, or the slices of a volume, one behind the other.
+/// An image cut into rectangles, its tiles, or the slices of a volume, one behind the other.
 struct Tiling {
   static constexpr int height = 8;
   static constexpr int width =
@@ -49,13 +40,11 @@ struct Tiling {
 
   [[nodiscard]] int count() const { return rows * columns; }
   [[nodiscard]] int index(int row, int column) const { return row * columns + column; }
-  [[nodiscard]] Rectangle rectangle(int row, int column) const {
-    const int in_slice = row % rows_in_slice;
-    return {.first_row = in_slice * height,
-            .last_row = std::min((in_slice + 1) * height, extent.height),
-            .first = column * width,
-            .last = std::min((column + 1) * width, extent.width),
-            .z = row / rows_in_slice};
+  [[nodiscard]] Box tile(int row, int column) const {
+    const int y = row % rows_in_slice * height;
+    const int z = row / rows_in_slice;
+    return {{column * width, y, z},
+            {std::min((column + 1) * width, extent.width), std::min(y + height, extent.height), z + 1}};
   }
 };
 
@@ -98,7 +87,7 @@ private:
   /// call(row, column, index)
   template <typename Call>
   void for_each_tile(int threads, const Call& call) const;
-  [[nodiscard]] TileKind classified(Rectangle tile) const;
+  [[nodiscard]] TileKind classified(const Box& tile) const;
   /// Tiles of the same kind joined.
   [[nodiscard]] std::vector<Run> find_runs(int row) const;
   /// The tiles that are not `known` (empty: none is), then the runs.
@@ -106,7 +95,7 @@ private:
   /// Where all tiles are of one kind without observations that a coarser level's `tile`, with its rim,
   /// samples.
   [[nodiscard]] std::optional<TileKind> kind_of(const std::vector<int>& rows, const std::vector<int>& columns,
-                                                Rectangle tile) const;
+                                                const Box& tile) const;
 
   Tiling tiling_;
   bool short_path_ = false;

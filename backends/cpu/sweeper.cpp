@@ -118,8 +118,8 @@ std::int64_t Sweeper::row(const Field& from, Field& to, int number, int y) const
 }
 
 std::int64_t Sweeper::tile(const Field& from, Field& to, int number, int tile_row, int tile_column) const {
-  const Rectangle sites = data_.tiling().rectangle(tile_row, tile_column);
-  const Run run{sites.first, sites.last, data_.kind(data_.tiling().index(tile_row, tile_column))};
+  const Box sites = data_.tiling().tile(tile_row, tile_column);
+  const Run run{sites.first[0], sites.end[0], data_.kind(data_.tiling().index(tile_row, tile_column))};
   return this->run(from, to, number, tile_row, run);
 }
 

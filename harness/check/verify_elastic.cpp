@@ -16,7 +16,7 @@ namespace {
 using Bounded = ElasticAnswers<bounded::real>;
 
 /// One backend in one mode.
-struct Follower {
+struct ElasticFollower {
   std::unique_ptr<ElasticSession> session; ///< null: skipped
   Comparison comparison;
 };
@@ -31,7 +31,7 @@ double gap_over_bound(const bounded::real& expected, float found) {
 /// made, so that all sessions have the reference's before every step.
 class ElasticReferenceRun final : public ElasticSession {
 public:
-  ElasticReferenceRun(ElasticSession& reference, std::span<Follower> followers)
+  ElasticReferenceRun(ElasticSession& reference, std::span<ElasticFollower> followers)
       : reference_(reference), followers_(followers) {}
 
   void take(const MethodStep& step) override {
@@ -41,7 +41,7 @@ public:
     reference_.take(step);
     reference_.read(step.made_on(), step.to, expected);
     ++steps_;
-    each_present(followers_, [&](Follower& follower) {
+    each_present(followers_, [&](ElasticFollower& follower) {
       VectorField found;
       follower.session->take(step);
       follower.session->read(step.made_on(), step.to, found);
@@ -60,7 +60,7 @@ public:
   }
   float dot(ElasticField first, ElasticField second) const override {
     const float expected = reference_.dot(first, second);
-    each_present(followers_, [&](Follower& follower) {
+    each_present(followers_, [&](ElasticFollower& follower) {
       Comparison& comparison = follower.comparison;
       const float found = follower.session->dot(first, second);
       if (found == expected) {
@@ -84,7 +84,7 @@ public:
 private:
   void do_load(ElasticHierarchy& hierarchy) override {
     reference_.load(hierarchy);
-    each_present(followers_, [&](Follower& follower) {
+    each_present(followers_, [&](ElasticFollower& follower) {
       try {
         follower.session->load(hierarchy);
         follower.comparison.levels = static_cast<int>(hierarchy.levels.size());
@@ -132,7 +132,7 @@ private:
   }
 
   ElasticSession& reference_;
-  std::span<Follower> followers_;
+  std::span<ElasticFollower> followers_;
   std::int64_t steps_ = 0;
 };
 
@@ -144,7 +144,7 @@ std::vector<Comparison> verify_elastic(const Scene& scene_, const Backend& refer
   Scene scene = scene_;
   int& iterations = scene.schedule.iterations;
   iterations = std::min(iterations, options.iteration_limit.value_or(iterations));
-  std::vector<Follower> followers(backends.size());
+  std::vector<ElasticFollower> followers(backends.size());
   for (std::size_t i = 0; i < backends.size(); ++i) {
     followers[i].comparison = begun(scene, *backends[i], options.session, Mode::resync, [&] {
       followers[i].session = backends[i]->open_elastic(options.session);

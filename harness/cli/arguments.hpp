@@ -135,20 +135,6 @@ choose_backends(const Call& call, const std::vector<std::unique_ptr<Backend>>& r
 /// A word as a shell takes it: in quotes where it has to be.
 [[nodiscard]] std::string shell_word(std::string_view word);
 
-/// No option is silently ignored: throws InputError that names those of `options` that the user gave. `why`
-/// is a sentence: "--halo is for several processes".
-void refuse_idle(const CLI::App& command, const std::vector<std::string>& options, std::string_view why);
-
-/// Throws InputError for an option among `words`, the arguments of `command`, that the command does not have,
-/// naming the one that it may have been, and for a list with a word missing: CLI11 takes "16,,32" for 16
-/// and 32.
-void require_known_options(const CLI::App& command, const std::vector<std::string>& words);
-
-/// Throws InputError where a file or folder that `command`, which has been parsed, would write (OutputFile,
-/// OutputFolder) is one of those that it reads: what its other arguments name, result files in a folder and
-/// the images of a scene among them. If it `writes` them, also where a file cannot be written to.
-void require_outputs(const CLI::App& command, bool writes);
-
 /// --require-hardware and --fail-on-skip, and --baseline of `verify`.
 [[nodiscard]] Options gate_options(bool with_baseline = false);
 

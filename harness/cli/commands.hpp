@@ -144,6 +144,20 @@ void add_command(CLI::App& program, Call& call, const char* name, int (*run)(Cal
                  const Options& options, const std::vector<std::string>& rules = {},
                  bool takes_energies = true);
 
+/// No option is silently ignored: throws InputError that names those of `options` that the user gave. `why`
+/// is a sentence: "--halo is for several processes".
+void refuse_idle(const CLI::App& command, const std::vector<std::string>& options, std::string_view why);
+
+/// Throws InputError for an option among `words`, the arguments of `command`, that the command does not have,
+/// naming the one that it may have been, and for a list with a word missing: CLI11 takes "16,,32" for 16
+/// and 32.
+void require_known_options(const CLI::App& command, const std::vector<std::string>& words);
+
+/// Throws InputError where a file or folder that `command`, which has been parsed, would write (OutputFile,
+/// OutputFolder) is one of those that it reads: what its other arguments name, result files in a folder and
+/// the images of a scene among them. If it `writes` them, also where a file cannot be written to.
+void require_outputs(const CLI::App& command, bool writes);
+
 using AddCommand = void(CLI::App& program, Call& call);
 AddCommand add_devices, add_methods, add_run, add_register, add_detect, add_rivals, add_verify,
     add_implementations, add_probe, add_browser, add_golden, add_accuracy, add_continuum, add_faults,

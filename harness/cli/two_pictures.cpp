@@ -4,10 +4,9 @@
 #include "harness/applications/picture.hpp"
 #include "harness/applications/registration.hpp"
 #include "harness/check/compare.hpp"
-#include "harness/cli/arguments.hpp"
+#include "harness/cli/picture_pair.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/registration/ways.hpp"
-#include "harness/scene/images/images.hpp"
 
 #include <cmath>
 
@@ -22,150 +21,6 @@ namespace hdmbench::commands {
 namespace {
 
 namespace fs = std::filesystem;
-
-constexpr double same_spacing = 0.01; // of a pixel: rounding in file headers
-
-void require_same(const fs::path& file, Extent extent, double spacing, const Scene& scene) {
-  if (extent != scene.extent()) {
-    throw InputError(fmt::format("{} is {} pixels, the scene {} is {}; crop or resample one of them",
-                                 file.string(), extent.text(), scene.name, scene.extent().text()));
-  }
-  if (std::abs(spacing - scene.spacing) > same_spacing * scene.spacing) {
-    throw InputError(
-        fmt::format("{} has pixels of {:.4g} mm, the scene {} of {:.4g} mm; resample one of them",
-                    file.string(), spacing, scene.name, scene.spacing));
-  }
-}
-
-/// PNG and JPEG say nothing about millimetres.
-bool has_no_spacing(const fs::path& file) {
-  const std::string extension = file.extension().string();
-  return extension == ".png" || extension == ".jpg" || extension == ".jpeg";
-}
-
-/// It lies where its file says, or else where the scene does.
-Image<ScalarField> read_picture(const fs::path& file, const Scene& scene) {
-  Image<ScalarField> image = read_scalar(file);
-  if (has_no_spacing(file)) {
-    image.spacing = scene.spacing;
-    image.placement = scene.placement;
-  }
-  require_same(file, image.pixels.extent, image.spacing, scene);
-  return image;
-}
-
-/// Bright parts of both somewhere at the same place.
-void require_overlap(const ScalarField& source, const ScalarField& target) {
-  const auto bright_of = [](const ScalarField& picture) {
-    const auto [low, high] = std::ranges::minmax(picture.values);
-    return low + 0.2F * (high - low);
-  };
-  const float bright_source = bright_of(source);
-  const float bright_target = bright_of(target);
-  for (std::size_t site = 0; site < source.values.size(); ++site) {
-    if (source.values[site] > bright_source && target.values[site] > bright_target) {
-      return;
-    }
-  }
-  throw InputError("registration: the two pictures do not overlap, nothing bright is at one place in both; "
-                   "align them first");
-}
-
-/// Two pictures and what is known of them.
-struct PictureData {
-  Scene scene;
-  ScalarField source; ///< gray values of both 0 ... 255, on one scale
-  ScalarField target;
-  ScalarField region;    ///< not 0: of interest; empty where none was asked for
-  Placement placement{}; ///< of the source; the scene's where the file cannot say
-};
-
-const Option<fs::path> source_file("source", "The picture before, as the scene's labels have it");
-const Option<fs::path> target_file("target", "The picture after, of the same size and spacing");
-const Option<std::string> scene_name("--scene",
-                                     "Scene by name or TOML file: labels of the source, moduli, energy");
-const Option<fs::path>
-    region_file("--roi", "Mask of the region of interest, not 0 inside: there the pictures are not believed");
-
-/// Of both commands. With `schedule` where there is more than one way to solve.
-Options pair_options(const Options& schedule) {
-  return {source_file,
-          target_file,
-          scene_name,
-          region_file,
-          Options(option::size, "Size of the scene: 300 (square) or 257x130"),
-          option::orientation,
-          option::slice,
-          schedule,
-          backend_options(),
-          option::output,
-          option::json};
-}
-
-/// Throws InputError where the two, the scene and the region do not belong together: other sizes or
-/// spacings, no overlap, one gray value, no labels, an empty region.
-PictureData load_pictures(const Call& call) {
-  PictureData data;
-  data.scene = scene_of(call, scene_name);
-  if (data.scene.labels.values.empty() ||
-      std::ranges::count(data.scene.labels.values, data.scene.labels.values.front()) ==
-          std::ssize(data.scene.labels.values)) {
-    throw InputError(
-        fmt::format("the scene {} has no labels, or one label everywhere: give it [image] labels "
-                    "and a [[tissue]] with a modulus for each",
-                    data.scene.name));
-  }
-  Image<ScalarField> before = read_picture(call[source_file], data.scene);
-  data.source = std::move(before.pixels);
-  data.placement = before.placement;
-  data.target = read_picture(call[target_file], data.scene).pixels;
-  require_pair(data.source, data.target);
-  require_overlap(data.source, data.target);
-  const auto [low_source, high_source] = std::ranges::minmax(data.source.values);
-  const auto [low_target, high_target] = std::ranges::minmax(data.target.values);
-  const float low = std::min(low_source, low_target);
-  const float scale = 255.0F / (std::max(high_source, high_target) - low);
-  for (ScalarField* const picture : {&data.source, &data.target}) {
-    for (float& gray : picture->values) {
-      gray = (gray - low) * scale;
-    }
-  }
-  if (!call[region_file].empty()) {
-    data.region = read_picture(call[region_file], data.scene).pixels;
-    std::size_t inside = 0;
-    for (std::size_t site = 0; site < data.region.values.size(); ++site) {
-      const float value = data.region.values[site];
-      if (!std::isfinite(value)) {
-        throw InputError(fmt::format("{}: the mask at {} is {}; give 0 outside the region, 1 inside",
-                                     call[region_file].string(), data.region.extent.place(site), value));
-      }
-      inside += value != 0.0F ? 1U : 0U;
-    }
-    if (inside == 0 || inside == data.region.values.size()) {
-      throw InputError(fmt::format("{}: the region of interest is {}", call[region_file].string(),
-                                   inside == 0 ? "empty, every pixel is 0"
-                                               : "the whole image; something around it must be known"));
-    }
-  }
-  return data;
-}
-
-/// Makes the folder and sees that files can be written and are none of the inputs, before long work.
-/// Throws InputError.
-void require_output(const Call& call, std::span<const std::string> files) {
-  std::vector<fs::path> inputs = files_of_scene(call[scene_name]);
-  inputs.insert(inputs.end(), {call[source_file], call[target_file], call[region_file]});
-  require_folder(call[option::output], files, inputs);
-}
-
-/// The file of a picture in the output folder, which the row of `register` or `detect` then names, as the
-/// result file sees it.
-fs::path picture_file(json& row, const Call& call, const std::string& name, const char* caption) {
-  const std::string file = name + ".png";
-  row["pictures"].push_back(
-      {{"caption", caption}, {"file", beside(call[option::json], call[option::output], file)}});
-  return call[option::output] / file;
-}
 
 const Option<bool> iterate("--iterate", "No ITK: estimate, solve with the elastic energy and look again, "
                                         "from coarse to fine; exit status 1 where it does not converge");

@@ -114,7 +114,7 @@ void explain_disagreement(const Scene& scene, const Comparison& comparison, cons
 
 /// What was not compared or does not agree. The modes of a backend that is skipped for one reason are one
 /// line.
-void explain(const Scene& scene, const std::vector<Comparison>& comparisons, const Call& call) {
+void explain_disagreements(const Scene& scene, const std::vector<Comparison>& comparisons, const Call& call) {
   for (const Mode mode : {Mode::active, Mode::pyramid}) {
     if (const std::string reason = why_left_out(mode, scene); !reason.empty()) {
       fmt::print("  {} is not compared: {}\n", name_of(mode), reason);
@@ -153,7 +153,7 @@ void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
                         "backend|device|sites:sites compared|resync:differing, resync|free:differing, "
                         "free|active:differing, active|pyramid:differing, pyramid|counts:wrong counts or "
                         "sums|verdict|tier"));
-  explain(scene, comparisons, call);
+  explain_disagreements(scene, comparisons, call);
   std::fflush(stdout); // into a pipe too: the next scene may take long
 }
 
