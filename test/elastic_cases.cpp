@@ -1,6 +1,7 @@
 #include "test/elastic_cases.hpp"
 
 #include "backends/cpu/cpu.hpp"
+#include "harness/check/cases.hpp"
 #include "harness/check/compare.hpp"
 #include "test/random_level.hpp"
 
