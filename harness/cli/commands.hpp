@@ -98,7 +98,7 @@ struct Call {
   void write(nlohmann::json rows, std::string_view kind = {}) const;
 };
 
-/// Adds an option to a command, whose value the call then has. Compiled once, in arguments.cpp: CLI11's
+/// Adds an option to a command, whose value the call then has. Compiled once, in commands.cpp: CLI11's
 /// templates take ten seconds in every file that instantiates them.
 template <typename Value>
 void add_option(CLI::App& command, Call& call, const Option<Value>& option);
