@@ -113,14 +113,15 @@ std::vector<cl_device_id> devices_of(const Api& api, cl_platform_id platform) {
 
 FoundDevice describe(const Api& api, cl_device_id id) {
   const auto type = value_of<cl_device_type>(api, id, CL_DEVICE_TYPE);
-  return {.id = id,
-          .description = {.name = text_of(api, id, CL_DEVICE_NAME),
-                          .driver = fmt::format("{}, driver {}", text_of(api, id, CL_DEVICE_VERSION),
-                                                text_of(api, id, CL_DRIVER_VERSION)),
-                          .is_software = (type & cl_device_type{CL_DEVICE_TYPE_CPU}) != 0},
-          .largest_buffer = value_of<cl_ulong>(api, id, CL_DEVICE_MAX_MEM_ALLOC_SIZE),
-          .memory = value_of<cl_ulong>(api, id, CL_DEVICE_GLOBAL_MEM_SIZE),
-          .largest_group = value_of<std::size_t>(api, id, CL_DEVICE_MAX_WORK_GROUP_SIZE)};
+  return {
+      .id = id,
+      .description = {.name = text_of(api, id, CL_DEVICE_NAME),
+                      .driver = fmt::format("{}, driver {}", text_of(api, id, CL_DEVICE_VERSION),
+                                            text_of(api, id, CL_DRIVER_VERSION)),
+                      .is_software = (type & cl_device_type{CL_DEVICE_TYPE_CPU}) != 0},
+      .largest_buffer = value_of<cl_ulong>(api, id, CL_DEVICE_MAX_MEM_ALLOC_SIZE),
+      .memory = value_of<cl_ulong>(api, id, CL_DEVICE_GLOBAL_MEM_SIZE),
+      .largest_group = value_of<std::size_t>(api, id, CL_DEVICE_MAX_WORK_GROUP_SIZE)};
 }
 
 /// An object that create(..., &error) makes.
@@ -132,11 +133,13 @@ Handle<Object> made(const char* call, Create create, cl_int (*release)(Object), 
   return object;
 }
 
-/// What is a kernel's in the texts: its name, its arguments by backends/device/device.hpp, and its text.
+/// What is a kernel's in the texts: its name, its arguments by backends/device/device.hpp, its text, and the
+/// bytes of the struct that is told after the arguments, where what is told may be shorter.
 struct Source {
   const char* name = "";
   std::vector<std::size_t> arguments;
   std::string_view text;
+  std::size_t told_bytes = 0;
 };
 
 Source source_of(Kernel kernel) {
@@ -156,7 +159,8 @@ Source source_of(Kernel kernel) {
        {"elastic_step",
         {ELASTIC_FROM, ELASTIC_SECOND, ELASTIC_THIRD, ELASTIC_STORED, ELASTIC_MOMENTS, ELASTIC_RESPONSE,
          ELASTIC_MATRICES, ELASTIC_INVERSE, ELASTIC_TOUCHED},
-        sources::elastic_opencl}},
+        sources::elastic_opencl,
+        sizeof(Dispatch::words)}},
       {Kernel::loops, {"loop", {source, target}, sources::loops_opencl}}};
   return all.at(kernel);
 }
@@ -179,7 +183,7 @@ class ClProgram final : public Program {
 public:
   /// Throws DeviceError with the compiler's words.
   ClProgram(const Api& api, cl_context context, cl_device_id device, const ProgramKind& kind)
-      : arguments(source_of(kind.kernel).arguments) {
+      : arguments(source_of(kind.kernel).arguments), told_bytes(source_of(kind.kernel).told_bytes) {
     std::string text =
         fmt::format("#define HDM_INPUTS {}\n#define HDM_AXES {}\n", kind.energy->inputs, kind.axes);
     for (const ProgramKind::Constant& constant : kind.constants) {
@@ -212,7 +216,8 @@ public:
   }
 
   std::vector<std::size_t> arguments;
-  std::size_t lanes = 1; ///< work items of a group
+  std::size_t told_bytes; ///< at least
+  std::size_t lanes = 1;  ///< work items of a group
   Handle<cl_program> program{nullptr, nullptr};
   Handle<cl_kernel> kernel{nullptr, nullptr};
 };
@@ -284,7 +289,7 @@ private:
         std::memcpy(&told.at(dispatch.word_count), dispatch.steps.data(), sizeof dispatch.steps);
         bytes += sizeof dispatch.steps;
       }
-      tell(bytes, told.data());
+      tell(std::max(bytes, program.told_bytes), told.data());
     }
     const std::size_t items = dispatch.groups.sites() * program.lanes;
     require(api_->clEnqueueNDRangeKernel(queue_.get(), program.kernel.get(), 1, nullptr, &items,
