@@ -1,13 +1,13 @@
 #version 120
 #extension GL_ARB_texture_rectangle : require
+#include "precise.glsl"
 // A step of the elastic energy for the sites of a level, a fragment each, as the thesis's card could draw it: float
 // rectangle textures, of which one is drawn and the others are read. Textures of a level are as large as
 // ElasticLayout::padded() says: site (x, y) is texel (x + 1, y + 1), of a volume in slice z + 1, and what is around stays 0.
-// Sums begin at texel 0. GLSL 1.20 has no `precise`: the order in the texts must be one that compilers keep.
+// Sums begin at texel 0.
 
 #define real float
 #define HDM_FUNCTION
-#define HDM_PRECISE
 
 #include "axes.glsl"
 #include "elastic_steps.h"

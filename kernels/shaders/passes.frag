@@ -1,10 +1,10 @@
 #version 120
 #extension GL_ARB_texture_rectangle : require
+#include "precise.glsl"
 // The fragment path's passes beside the sweep, one by the constant that is defined.
 
 #define real float
 #define HDM_FUNCTION
-#define HDM_PRECISE
 
 uniform sampler2DRect image;
 uniform sampler2DRect previous; // the image before the last sweep

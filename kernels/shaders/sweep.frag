@@ -1,15 +1,14 @@
 #version 120
 #extension GL_ARB_texture_rectangle : require
+#include "precise.glsl"
 // One sweep as the thesis ran its iterations: GLSL 1.20, float rectangle textures, two of them swapped (Tab. 6.1, 6.2,
 // Alg. 4). Or, where PAIRS is defined, by candidates that are constants in texels of two sites, columns 2i and 2i + 1: two
 // displacements fill a texel, and a fetch costs a rasterizer that runs on the CPU as much as thirty operations. Of a volume
-// a slice is drawn, and a texel has room for a displacement of three numbers. GLSL 1.20 has no `precise`: the order in
-// energy.inc must be one that compilers keep.
+// a slice is drawn, and a texel has room for a displacement of three numbers.
 
 #define real float
 #define HDM_FUNCTION
 #define HDM_CONSTANT const
-#define HDM_PRECISE
 
 #include "axes.glsl"
 
