@@ -20,22 +20,32 @@ typedef struct {
 } Told;
 
 typedef struct {
-  global float* from; // the three fields of a level where several steps are done
-  global float* second;
-  global float* third;
-  global float* to;
-  global const float* moments;
-  global const float* response;
-  global const float* matrices;
-  global const float* inverse;
-  global const int* touched;
+  __global float* from; // the three fields of a level where several steps are done
+  __global float* second;
+  __global float* third;
+  __global float* to;
+  __global const float* moments;
+  __global const float* response;
+  __global const float* matrices;
+  __global const float* inverse;
+  __global const int* touched;
   Told told;
 } Arrays;
 
-#if defined(__clang__) && LANES == 1
+// One work item has many columns side by side, which become SIMD; many items have few each, in loops of a known length, so
+// that their arrays are registers.
+#if LANES == 1
+#ifdef __clang__
 #define SITES_SIDE_BY_SIDE _Pragma("clang loop vectorize(assume_safety) vectorize_width(16)")
 #else
 #define SITES_SIDE_BY_SIDE
+#endif
+#define COUNT(left, columns) (MY(place).width - (left) < (columns) ? MY(place).width - (left) : (columns))
+#define IS_THERE(column) true
+#else
+#define SITES_SIDE_BY_SIDE HDM_UNROLLED
+#define COUNT(left, columns) (columns)
+#define IS_THERE(column) ((column) < MY(place).width)
 #endif
 #define ONLY_WHERE(condition) if (condition)
 #define ARRAYS const Arrays *a, Work *work,
@@ -45,8 +55,6 @@ typedef struct {
 #define DIVIDED(number, by) ((number) / (by))
 #define SITE_COLUMNS COLUMNS
 #define SITE_ROWS ROWS
-#define COUNT(left, columns) (MY(place).width - (left) < (columns) ? MY(place).width - (left) : (columns))
-#define IS_THERE(column) true
 #define TOLD(i) a->told.words[i]
 #define REAL_TOLD(i) as_float(TOLD(i))
 #define PLANE ((size_t)TOLD(3))
@@ -80,10 +88,11 @@ typedef struct {
 
 #include "elastic_sites.h"
 
-kernel void elastic_step(global float* from, global float* second, global float* third, global float* to,
-                         global const float* restrict moments, global const float* restrict response,
-                         global const float* restrict matrices, global const float* restrict inverse,
-                         global const int* restrict touched, Told told) {
+kernel __attribute__((reqd_work_group_size(LANES, 1, 1))) void elastic_step(
+    __global float* from, __global float* second, __global float* third, __global float* to,
+    __global const float* restrict moments, __global const float* restrict response,
+    __global const float* restrict matrices, __global const float* restrict inverse, __global const int* restrict touched,
+    Told told) {
   Arrays arrays = {from, second, third, to, moments, response, matrices, inverse, touched, told};
   Work work;
   do_share(&arrays, &work, get_global_id(0), get_global_size(0));

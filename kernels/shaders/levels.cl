@@ -18,17 +18,17 @@ typedef struct {
 } LevelPass;
 
 // What is read of a coarse plane by column, between two rows of a slice.
-HDM_FUNCTION real between_rows(global const float* plane, int slice, float4 column, float4 row, LevelPass p) {
-  global const float* north = plane + ((size_t)slice * p.from_height + (size_t)row.x) * p.from_width;
-  global const float* south = plane + ((size_t)slice * p.from_height + (size_t)row.y) * p.from_width;
+HDM_FUNCTION real between_rows(__global const float* plane, int slice, float4 column, float4 row, LevelPass p) {
+  __global const float* north = plane + ((size_t)slice * p.from_height + (size_t)row.x) * p.from_width;
+  __global const float* south = plane + ((size_t)slice * p.from_height + (size_t)row.y) * p.from_width;
   int west = (int)column.x;
   int east = (int)column.y;
   return projected(north[west], north[east], south[west], south[east], column.z, row.z);
 }
 
-kernel void level_pass(global const float* displacement, global float* improved, global const float* material,
-                       global const float* observation, global float* sampled_material,
-                       global float* sampled_observation, global const float4* entries, global uint* changed,
+kernel void level_pass(__global const float* displacement, __global float* improved, __global const float* material,
+                       __global const float* observation, __global float* sampled_material,
+                       __global float* sampled_observation, __global const float4* entries, __global uint* changed,
                        LevelPass p) {
   int y = get_group_id(0) % p.height;
   int z = get_group_id(0) / p.height;
@@ -63,7 +63,7 @@ kernel void level_pass(global const float* displacement, global float* improved,
     }
 #else
     for (int axis = 0; axis < HDM_AXES; ++axis) {
-      global const float* plane = displacement + p.from_origin + axis * (size_t)p.from_plane;
+      __global const float* plane = displacement + p.from_origin + axis * (size_t)p.from_plane;
       real near = between_rows(plane, (int)slice.x, column, row, p);
       improved[axis * (size_t)p.plane + to] =
           HDM_AXES > 2 ? interpolated(near, between_rows(plane, (int)slice.y, column, row, p), slice.z) : near;

@@ -14,12 +14,12 @@ float16 begin(float16 given) {
 #define STEP(chain) chain = chain * factor + term;
 #define ROUND STEP(a) STEP(b) STEP(c) STEP(d) STEP(e) STEP(f)
 
-kernel void loop(global const float16* source, global float16* target) {
+kernel void loop(__global const float16* source, __global float16* target) {
   size_t i = 2 * get_global_id(0);
 #if LOOP == LOOP_PROBE
-  float8 given = ((global const float8*)source)[get_global_id(0)]; // a, b, c, d; e, operation
+  float8 given = ((__global const float8*)source)[get_global_id(0)]; // a, b, c, d; e, operation
   float result = probed(given.s5, given.s0, given.s1, given.s2, given.s3, given.s4);
-  ((global float4*)target)[get_global_id(0)] = (float4)(result, 0.0f, 0.0f, 0.0f);
+  ((__global float4*)target)[get_global_id(0)] = (float4)(result, 0.0f, 0.0f, 0.0f);
 #elif LOOP == LOOP_COPY
   target[i] = source[i];
   target[i + 1] = source[i + 1];

@@ -65,7 +65,7 @@ typedef struct {
 } Outside;
 
 // What a site sees of a plane: itself where a neighbour is outside (thesis 6.2.6).
-HDM_FUNCTION Neighbours around(global const float* row, Distances to, int x, bool border, Outside outside) {
+HDM_FUNCTION Neighbours around(__global const float* row, Distances to, int x, bool border, Outside outside) {
 #define NINE(middle)                                                                                                   \
   (middle - to.south)[x - 1], (middle - to.south)[x], (middle - to.south)[x + 1], (middle)[x - 1], (middle)[x],        \
       (middle)[x + 1], (middle + to.south)[x - 1], (middle + to.south)[x], (middle + to.south)[x + 1]
@@ -107,16 +107,16 @@ HDM_FUNCTION Neighbours of_one_modulus() {
 
 // What does not change in the sweeps of a level; see the kernel.
 typedef struct {
-  global const float* material;
-  global const float* observation;
-  global const float* inverse_curvature;
-  global const float* inputs;
+  __global const float* material;
+  __global const float* observation;
+  __global const float* inverse_curvature;
+  __global const float* inputs;
 } Fields;
 
 // The tile at a column and row of tiles of slice z, of the class that the three say. Returns which tiles see a change of what this
 // item swept: bit (x + 1) + 3 (y + 1) stands for the neighbour at x, y in tiles.
 HDM_FUNCTION int sweep_tile(bool border, bool observed, bool elastic, int tile_x, int tile_y, int z,
-                            global const float* displacement, Fields fields, global float* improved, Parameters p) {
+                            __global const float* displacement, Fields fields, __global float* improved, Parameters p) {
   int left = tile_x * TILE_WIDTH;
   int top = tile_y * TILE_HEIGHT;
   int columns = border ? min(TILE_WIDTH, p.width - left) : TILE_WIDTH;
@@ -133,13 +133,13 @@ HDM_FUNCTION int sweep_tile(bool border, bool observed, bool elastic, int tile_x
   for (int row = 0; row < rows; ++row) {
     int y = top + row;
     size_t start = (size_t)p.origin + ((size_t)z * (size_t)p.height + (size_t)y) * (size_t)p.width + (size_t)left;
-    global const float* d = displacement + start;
-    global const float* material = fields.material + start;
-    global const float* observation = fields.observation + start;
-    global const float* inverse_curvature = fields.inverse_curvature + start;
-    global const float* inputs = fields.inputs + start;
+    __global const float* d = displacement + start;
+    __global const float* material = fields.material + start;
+    __global const float* observation = fields.observation + start;
+    __global const float* inverse_curvature = fields.inverse_curvature + start;
+    __global const float* inputs = fields.inputs + start;
     size_t plane = p.plane;
-    global float* next_d = improved + start;
+    __global float* next_d = improved + start;
     bool no_north = y == 0;
     bool no_south = y == p.height - 1;
     int changed_first = 0;
@@ -204,7 +204,7 @@ HDM_FUNCTION int sweep_tile(bool border, bool observed, bool elastic, int tile_x
 }
 
 // Has the tiles visited in the next sweep that sweep_tile() named. Several items may store the same.
-HDM_FUNCTION void wake(int tile_x, int tile_y, int seen_from, global uint* next_flags, Parameters p) {
+HDM_FUNCTION void wake(int tile_x, int tile_y, int seen_from, __global uint* next_flags, Parameters p) {
   for (int bit = 0; bit < 9; ++bit) {
     int x = tile_x + bit % 3 - 1;
     int y = tile_y + bit / 3 - 1;
@@ -217,13 +217,13 @@ HDM_FUNCTION void wake(int tile_x, int tile_y, int seen_from, global uint* next_
 // A group per tile, or one for all. `classes` has the class of each tile, `flags` twice per tile the last sweep that has to
 // visit it: those with odd numbers, those with even ones.
 kernel __attribute__((reqd_work_group_size(LANES, 1, 1))) void sweep(
-    global float* displacement,            // by axis
-    global float* improved,                // the same after the sweep
-    global const float* material,          // modulus, 1 / modulus
-    global const float* observation,       // target by axis, confidence by axis
-    global const float* inverse_curvature, // by axis, where the rule needs them
-    global const float* inputs,            // the energy's own
-    global const uint* classes, global uint* flags, Parameters p) {
+    __global float* displacement,            // by axis
+    __global float* improved,                // the same after the sweep
+    __global const float* material,          // modulus, 1 / modulus
+    __global const float* observation,       // target by axis, confidence by axis
+    __global const float* inverse_curvature, // by axis, where the rule needs them
+    __global const float* inputs,            // the energy's own
+    __global const uint* classes, __global uint* flags, Parameters p) {
   Fields fields = {material, observation, inverse_curvature, inputs + p.first_input};
   int tile = get_group_id(0);
   uint now = (p.stamp & 1u) * (uint)p.tile_count;
@@ -262,7 +262,7 @@ kernel __attribute__((reqd_work_group_size(LANES, 1, 1))) void sweep(
         wake(tile_x, tile_y, seen_from, flags + ((uint)p.tile_count - now), p);
       }
     }
-    global float* swept = improved;
+    __global float* swept = improved;
     improved = displacement;
     displacement = swept;
     tile = get_group_id(0);
