@@ -29,6 +29,11 @@ std::unique_ptr<Array> ComputeDevice::allocate(std::size_t count, Kind kind) {
   return make(count, kind);
 }
 
+std::span<std::byte> ComputeDevice::staging() {
+  staging_.resize(staging_bytes);
+  return staging_;
+}
+
 const Program& Programs::operator()(const ProgramKind& kind) {
   auto found = programs_.find(kind);
   if (found == programs_.end()) {

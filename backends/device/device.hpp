@@ -138,6 +138,9 @@ struct Fill {
 /// Done in their order: each sees what those before it wrote.
 using Commands = std::vector<std::variant<Dispatch, Fill>>;
 
+/// How long ComputeDevice::staging() is: what a device and a host work on at a time.
+constexpr std::size_t staging_bytes = std::size_t{16} << 20;
+
 /// How much a device can do.
 struct DeviceLimits {
   std::size_t elements = 0;    ///< of an array of texels
@@ -183,6 +186,9 @@ public:
   virtual void run(std::span<const Commands::value_type> commands) = 0;
   /// Waits for all that was run.
   virtual void finish() = 0;
+  /// Returns host memory, a few MiB, from which write() and into which read() copy fastest. The next call of
+  /// any verb may change what it holds.
+  [[nodiscard]] virtual std::span<std::byte> staging();
   /// Waits, without an error, before what was made here is destroyed.
   virtual void settle() noexcept {}
   /// It cannot be used any more: what destroys its arrays calls nothing from now on.
@@ -195,6 +201,7 @@ private:
   virtual void leave() noexcept {}
 
   std::size_t allocated_ = 0; ///< bytes
+  std::vector<std::byte> staging_;
 };
 
 /// `Work`, which is made of a ComputeDevice or a gl::Context and owns what only lives with it: makes this the

@@ -1,5 +1,7 @@
 #include "backends/session/device_backend.hpp"
 #include "backends/session/elastic_level_session.hpp"
+#include "backends/session/level_arrays.hpp"
+#include "backends/session/part_rows.hpp"
 
 #include <fmt/format.h>
 
@@ -15,6 +17,11 @@ namespace {
 /// Sites that are computed before the host waits, so that no driver takes the work for hung.
 constexpr double most_in_flight = 2e8;
 
+/// One work group of a GPU computes fewer coarse sites than one on a CPU: a step of a whole GPU takes 4 us,
+/// of one group 8 us where it has 2720 sites in a volume (H200: 12 instead of 8 ms for 64 x 64 x 64, full
+/// multigrid; an image of 1200 x 1200 takes as long with 500, 700 and 1300).
+constexpr std::int64_t most_coarse_sites_on_gpu = 700;
+
 /// How the sites of a level are shared out: work items of a group, and sites of an item along the last axis
 /// and side by side. A rasterizer on the CPU has one thread a group and pays for each of them; of loops over
 /// many columns a compiler of OpenCL C makes SIMD; a GPU wants many items.
@@ -28,27 +35,59 @@ int groups(int items, int together) {
   return (items + together - 1) / together;
 }
 
-/// So many numbers of each site of a device: a plane of each, or texels of four with those of a site beside
-/// each other.
+/// Numbers of the sites or cells of all levels, as they lie on a device: a plane of each, or texels of four
+/// with those of a site beside each other. The values of levels must live until they are written.
 class SiteNumbers {
 public:
   SiteNumbers(std::int64_t sites, std::size_t numbers, bool has_planes)
-      : plane_(has_planes ? static_cast<std::size_t>(sites) : 1),
-        stride_(has_planes ? 1 : (numbers + 3) / 4 * 4),
-        values_((has_planes ? numbers : stride_) * static_cast<std::size_t>(sites)) {}
+      : sites_(static_cast<std::size_t>(sites)), planes_(has_planes ? numbers : 1),
+        stride_(has_planes ? 1 : (numbers + 3) / 4 * 4) {}
 
-  /// Of a level; part.first counts from the first site here.
+  /// The values of a number on a level; part.first counts from the first site here.
   void lay(std::size_t number, const RingedGrid& grid, const std::vector<float>& values,
            const ElasticLayout::Part& part) {
-    lay_out(grid, values, part, values_.data() + number * plane_, stride_);
+    laid_.push_back({number / stride_, number % stride_, &grid, values.data(), part});
   }
-  [[nodiscard]] Kind kind() const { return stride_ == 1 ? Kind::words : Kind::fours; }
-  [[nodiscard]] const std::vector<float>& values() const { return values_; }
+  void write(ComputeDevice& device, std::unique_ptr<Array>& to) const {
+    const std::size_t floats = sites_ * stride_;
+    const Kind kind = stride_ == 1 ? Kind::words : Kind::fours;
+    make_room(device, to, std::max<std::size_t>(planes_ * floats * sizeof(float) / bytes_of(kind), 1), kind);
+    for (std::size_t plane = 0; plane < planes_; ++plane) {
+      write_parts(device, *to, plane * floats, floats, stride_,
+                  [&](std::size_t begin, std::span<float> part) { fill(plane, begin / stride_, part); });
+    }
+  }
 
 private:
-  std::size_t plane_;
-  std::size_t stride_;
-  std::vector<float> values_;
+  struct Laid {
+    std::size_t plane;
+    std::size_t number; ///< of the plane
+    const RingedGrid* grid;
+    const float* values;
+    ElasticLayout::Part part;
+  };
+
+  /// What of a plane begins with site `begin`.
+  void fill(std::size_t plane, std::size_t begin, std::span<float> to) const {
+    std::ranges::fill(to, 0.0F);
+    const auto first_site = static_cast<std::int64_t>(begin);
+    const auto end_site = static_cast<std::int64_t>(begin + to.size() / stride_);
+    for (const Laid& laid : laid_) {
+      if (laid.plane == plane) {
+        for_each_row(laid.part, first_site, end_site, [&](int y, int z, int first, int end, std::int64_t at) {
+          const float* const row = laid.values + laid.grid->index(0, y, z);
+          for (int x = first; x < end; ++x) {
+            to[static_cast<std::size_t>(at + x - first_site) * stride_ + laid.number] = row[x];
+          }
+        });
+      }
+    }
+  }
+
+  std::size_t sites_;
+  std::size_t planes_;
+  std::size_t stride_; ///< floats from a site to the next
+  std::vector<Laid> laid_;
 };
 
 class ElasticArrays {
@@ -58,7 +97,9 @@ public:
   static constexpr int block = ELASTIC_BLOCK;
 
   [[nodiscard]] std::int64_t coarse_size() const {
-    return device_.limits().group >= shape(true).lanes ? ELASTIC_COARSE_SITES : 0;
+    return device_.limits().group < shape(true).lanes ? 0
+           : is_software()                            ? ELASTIC_COARSE_SITES
+                                                      : most_coarse_sites_on_gpu;
   }
 
   void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) {
@@ -81,24 +122,29 @@ public:
   }
 
   void write(ElasticArray to, const VectorField& values) {
-    const ElasticLayout::Part& part = part_of(to);
-    std::vector<float> rows = region(part);
     for (std::size_t plane = 0; plane < planes(); ++plane) {
-      for_each_number(part, plane, [&](std::size_t axis, std::size_t site, std::size_t at) {
-        rows[at] = values[axis][site];
-      });
-      device_.write(slot(to), offset(part, plane), std::as_bytes(std::span(rows)));
+      write_parts(device_, slot(to), first_float(to, plane), region_floats(to), floats(),
+                  [&](std::size_t begin, std::span<float> part) {
+                    std::ranges::fill(part, 0.0F);
+                    for_each_site_of(to, begin, part, [&](std::size_t site, float* numbers) {
+                      for (std::size_t i = 0; i < components(); ++i) {
+                        numbers[i] = values[plane + i][site];
+                      }
+                    });
+                  });
     }
   }
 
   void read(ElasticArray from, VectorField& values) {
-    const ElasticLayout::Part& part = part_of(from);
-    std::vector<float> rows = region(part);
     for (std::size_t plane = 0; plane < planes(); ++plane) {
-      device_.read(slot(from), offset(part, plane), std::as_writable_bytes(std::span(rows)));
-      for_each_number(part, plane, [&](std::size_t axis, std::size_t site, std::size_t at) {
-        values[axis][site] = rows[at];
-      });
+      read_parts(device_, slot(from), first_float(from, plane), region_floats(from), floats(),
+                 [&](std::size_t begin, std::span<const float> part) {
+                   for_each_site_of(from, begin, part, [&](std::size_t site, const float* numbers) {
+                     for (std::size_t i = 0; i < components(); ++i) {
+                       values[plane + i][site] = numbers[i];
+                     }
+                   });
+                 });
     }
   }
 
@@ -145,24 +191,30 @@ private:
   [[nodiscard]] std::size_t components() const { return has_planes() ? 1 : axes_; }
   [[nodiscard]] std::size_t floats() const { return has_planes() ? 1 : bytes_of(texel()) / sizeof(float); }
   [[nodiscard]] Kind texel() const { return axes_ == 2 ? Kind::pairs : Kind::fours; }
-  /// Zeros from the first site of a level to the last.
-  [[nodiscard]] std::vector<float> region(const ElasticLayout::Part& part) const {
-    return std::vector<float>(floats() * static_cast<std::size_t>((part.sites.depth - 1) * part.layer +
-                                                                  (part.sites.height - 1) * part.pitch +
-                                                                  part.sites.width));
+  /// From the first site of a level to the last.
+  [[nodiscard]] std::size_t region_floats(ElasticArray of) const {
+    const ElasticLayout::Part& part = part_of(of);
+    return floats() * static_cast<std::size_t>((part.sites.depth - 1) * part.layer +
+                                               (part.sites.height - 1) * part.pitch + part.sites.width);
   }
-  /// Byte of the first site.
-  [[nodiscard]] std::size_t offset(const ElasticLayout::Part& part, std::size_t plane) const {
-    const auto first = static_cast<std::size_t>(part.first) + plane * static_cast<std::size_t>(layout_.size);
-    return first * floats() * sizeof(float);
+  /// Of a plane of an array, where its first site begins.
+  [[nodiscard]] std::size_t first_float(ElasticArray of, std::size_t plane) const {
+    return (static_cast<std::size_t>(part_of(of).first) + plane * static_cast<std::size_t>(layout_.size)) *
+           floats();
   }
-  /// call(axis, site in reading order, where the number is in the region) for all of a plane of arrays.
-  template <typename Call>
-  void for_each_number(const ElasticLayout::Part& part, std::size_t plane, const Call& call) const {
-    for_each_site(part.sites, [&](int x, int y, int z) {
-      const auto at = floats() * static_cast<std::size_t>(z * part.layer + y * part.pitch + x);
-      for (std::size_t axis = plane; axis < plane + components(); ++axis) {
-        call(axis, part.sites.index(x, y, z), at + axis - plane);
+  /// call(site in reading order, its numbers in `floats`) for the sites of a region that lie in a part of it,
+  /// which begins with float `begin`.
+  template <typename Floats, typename Call>
+  void for_each_site_of(ElasticArray of, std::size_t begin, Floats part, const Call& call) const {
+    ElasticLayout::Part region = part_of(of);
+    region.first = 0;
+    const auto from = static_cast<std::int64_t>(begin / floats());
+    const auto to = from + static_cast<std::int64_t>(part.size() / floats());
+    for_each_row(region, from, to, [&](int y, int z, int first, int end, std::int64_t at) {
+      const std::size_t row = region.sites.index(0, y, z);
+      for (int x = first; x < end; ++x) {
+        call(row + static_cast<std::size_t>(x),
+             part.data() + static_cast<std::size_t>(at + x - from) * floats());
       }
     });
   }
@@ -189,8 +241,8 @@ private:
       }
     }
     touched_ = touched_sites(hierarchy);
-    put(ELASTIC_MOMENTS, moments.kind(), moments.values());
-    put(ELASTIC_RESPONSE, response.kind(), response.values());
+    moments.write(device_, fixed_[ELASTIC_MOMENTS]);
+    response.write(device_, fixed_[ELASTIC_RESPONSE]);
     put(ELASTIC_MATRICES, has_planes() ? Kind::words : Kind::fours, matrices);
     put_components(ELASTIC_INVERSE, hierarchy.coarsest_inverse);
     put(ELASTIC_TOUCHED, Kind::words, touched_);
@@ -236,9 +288,7 @@ private:
 
   [[nodiscard]] ElasticShape shape(bool is_together) const {
     if (!is_software()) {
-      return {.lanes = is_together ? 256 : std::min(64, device_.limits().group),
-              .rows = is_together ? 1 : 4,
-              .columns = 1};
+      return {.lanes = is_together ? 256 : std::min(64, device_.limits().group), .rows = 1, .columns = 1};
     }
     return has_planes()  ? ElasticShape{.lanes = 1, .rows = 16, .columns = axes_ == 2 ? 256 : 64}
            : is_together ? ElasticShape{.lanes = 8, .rows = 10, .columns = 2}

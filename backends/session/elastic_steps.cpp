@@ -1,6 +1,8 @@
 #include "backends/session/elastic_steps.hpp"
 
-#include <algorithm>
+#include "backends/session/part_rows.hpp"
+
+#include <limits>
 #include <map>
 
 namespace hdmbench {
@@ -34,15 +36,13 @@ ElasticLayout::Part ElasticLayout::alone(Extent sites) {
 
 void lay_out(const RingedGrid& grid, const std::vector<float>& values, const ElasticLayout::Part& part,
              float* to, std::size_t stride) {
-  for (int z = 0; z < grid.sites.depth; ++z) {
-    for (int y = 0; y < grid.sites.height; ++y) {
-      float* at = to + static_cast<std::size_t>(part.first + z * part.layer + y * part.pitch) * stride;
-      const float* const row = values.data() + grid.index(0, y, z);
-      for (int x = 0; x < grid.sites.width; ++x, at += stride) {
-        *at = row[x];
-      }
-    }
-  }
+  for_each_row(part, 0, std::numeric_limits<std::int64_t>::max(),
+               [&](int y, int z, int first, int end, std::int64_t at) {
+                 const float* const row = values.data() + grid.index(0, y, z);
+                 for (int x = first; x < end; ++x) {
+                   to[static_cast<std::size_t>(at + x) * stride] = row[x];
+                 }
+               });
 }
 
 std::vector<float> elastic_matrices(const ElasticHierarchy& hierarchy) {

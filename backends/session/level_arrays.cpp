@@ -2,6 +2,25 @@
 
 namespace hdmbench {
 
+namespace {
+
+/// Numbers that are worth more than one thread.
+constexpr std::size_t fewest_for_threads = std::size_t{1} << 16;
+
+/// Texels from `first` on, as interleaved() has them.
+void interleave(const std::vector<std::span<const float>>& planes, std::size_t first,
+                std::span<float> texels) {
+  const std::size_t each = planes.size();
+#pragma omp parallel for if (texels.size() > fewest_for_threads)
+  for (std::size_t i = 0; i < texels.size() / each; ++i) {
+    for (std::size_t number = 0; number < each; ++number) {
+      texels[each * i + number] = planes[number].empty() ? 0.0F : planes[number][first + i];
+    }
+  }
+}
+
+} // namespace
+
 SiteLayout::SiteLayout(Extent extent_, bool has_planes_) : extent(extent_), has_planes(has_planes_) {
   if (has_planes) {
     origin = (static_cast<std::size_t>(extent.width) + 16) / 16 * 16;
@@ -13,8 +32,9 @@ void write_sites(ComputeDevice& device, const Array& to, std::size_t first, cons
                  const std::vector<std::span<const float>>& numbers) {
   std::size_t at = first * bytes_of(to.kind());
   if (!layout.has_planes) {
-    const std::vector<float> texels = interleaved(numbers);
-    device.write(to, at, std::as_bytes(std::span(texels)));
+    const std::size_t each = numbers.size();
+    write_parts(device, to, at / sizeof(float), each * layout.extent.sites(), each,
+                [&](std::size_t begin, std::span<float> part) { interleave(numbers, begin / each, part); });
     return;
   }
   at += layout.origin * sizeof(float);
@@ -45,24 +65,21 @@ void read_vector(ComputeDevice& device, const Array& from, const SiteLayout& lay
     return;
   }
   const std::size_t numbers = layout.numbers_of_vector();
-  std::vector<float> texels(numbers * layout.extent.sites());
-  device.read(from, 0, std::as_writable_bytes(std::span(texels)));
-  for (std::size_t axis = 0; axis < planes.size(); ++axis) {
-    for (std::size_t site = 0; site < planes[axis].size(); ++site) {
-      planes[axis][site] = texels[numbers * site + axis];
-    }
-  }
+  read_parts(device, from, 0, numbers * layout.extent.sites(), numbers,
+             [&](std::size_t begin, std::span<const float> part) {
+               const std::size_t first = begin / numbers;
+#pragma omp parallel for if (part.size() > fewest_for_threads)
+               for (std::size_t site = 0; site < part.size() / numbers; ++site) {
+                 for (std::size_t axis = 0; axis < planes.size(); ++axis) {
+                   planes[axis][first + site] = part[numbers * site + axis];
+                 }
+               }
+             });
 }
 
 std::vector<float> interleaved(const std::vector<std::span<const float>>& planes) {
   std::vector<float> texels(planes.size() * planes.front().size());
-  for (std::size_t number = 0; number < planes.size(); ++number) {
-    float* texel = texels.data() + number;
-    for (const float value : planes[number]) {
-      *texel = value;
-      texel += planes.size();
-    }
-  }
+  interleave(planes, 0, texels);
   return texels;
 }
 

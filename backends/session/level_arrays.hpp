@@ -4,6 +4,7 @@
 #include "kernels/data/field.hpp"
 #include "kernels/data/pyramid.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
 #include <cstdint>
@@ -34,6 +35,31 @@ struct SiteLayout {
   std::size_t origin = 0; ///< of planes: floats before the first site
   std::size_t plane = 0;  ///< floats from a plane to the next
 };
+
+/// Writes `count` floats into an array, from its float `first` on, part by part of the device's staging
+/// memory: fill(begin, part) makes the floats begin ... begin + part.size() - 1 of them. Parts begin and end
+/// at multiples of `together`.
+template <typename Fill>
+void write_parts(ComputeDevice& device, const Array& to, std::size_t first, std::size_t count,
+                 std::size_t together, const Fill& fill) {
+  const std::size_t most = staging_bytes / sizeof(float) / together * together;
+  for (std::size_t begin = 0; begin < count; begin += most) {
+    const auto bytes = device.staging().first(std::min(most, count - begin) * sizeof(float));
+    fill(begin, std::span(reinterpret_cast<float*>(bytes.data()), bytes.size() / sizeof(float)));
+    device.write(to, (first + begin) * sizeof(float), bytes);
+  }
+}
+/// Likewise reads: take(begin, part) gets them.
+template <typename Take>
+void read_parts(ComputeDevice& device, const Array& from, std::size_t first, std::size_t count,
+                std::size_t together, const Take& take) {
+  const std::size_t most = staging_bytes / sizeof(float) / together * together;
+  for (std::size_t begin = 0; begin < count; begin += most) {
+    const auto bytes = device.staging().first(std::min(most, count - begin) * sizeof(float));
+    device.read(from, (first + begin) * sizeof(float), bytes);
+    take(begin, std::span(reinterpret_cast<const float*>(bytes.data()), bytes.size() / sizeof(float)));
+  }
+}
 
 /// Writes numbers of each site, in reading order, into the layout's part of an array that
 /// begins with its element `first`. All these throw DeviceError.

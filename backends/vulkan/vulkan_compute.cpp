@@ -21,7 +21,6 @@ using Usage = vk::BufferUsageFlagBits;
 using Stage = vk::PipelineStageFlagBits;
 using Access = vk::AccessFlagBits;
 
-constexpr vk::DeviceSize staging_bytes = vk::DeviceSize{16} << 20;
 constexpr std::uint32_t bytes_told = 128; ///< of push constants, as every device has them
 /// More combinations of arrays than the levels of a session make.
 constexpr std::uint32_t most_sets = 1024;
@@ -134,8 +133,10 @@ public:
     guarded([&] {
       flush();
       for (std::size_t done = 0; done < values.size(); done += staging_bytes) {
-        const std::size_t bytes = std::min<std::size_t>(values.size() - done, staging_bytes);
-        std::memcpy(staged_, values.data() + done, bytes);
+        const std::size_t bytes = std::min(values.size() - done, staging_bytes);
+        if (values.data() != staged_) {
+          std::memcpy(staged_, values.data() + done, bytes);
+        }
         const vk::raii::CommandBuffer commands = begin();
         commands.copyBuffer(*staging_.handle, *of(to).buffer.handle, vk::BufferCopy(0, first + done, bytes));
         commands.end();
@@ -147,14 +148,16 @@ public:
     guarded([&] {
       flush();
       for (std::size_t done = 0; done < values.size(); done += staging_bytes) {
-        const std::size_t bytes = std::min<std::size_t>(values.size() - done, staging_bytes);
+        const std::size_t bytes = std::min(values.size() - done, staging_bytes);
         const vk::raii::CommandBuffer commands = begin();
         commands.copyBuffer(*of(from).buffer.handle, *staging_.handle,
                             vk::BufferCopy(first + done, 0, bytes));
         barrier(commands, Stage::eTransfer, Access::eTransferWrite, Stage::eHost, Access::eHostRead);
         commands.end();
         submit(commands);
-        std::memcpy(values.data() + done, staged_, bytes);
+        if (values.data() != staged_) {
+          std::memcpy(values.data() + done, staged_, bytes);
+        }
       }
     });
   }
@@ -178,6 +181,7 @@ public:
   void finish() override {
     guarded([&] { flush(); });
   }
+  std::span<std::byte> staging() override { return {staged_, staging_bytes}; }
   [[nodiscard]] const vk::raii::Device& device() const { return device_; }
   [[nodiscard]] Buffer make_buffer(vk::DeviceSize bytes, vk::BufferUsageFlags usage,
                                    Placement placement) const {
