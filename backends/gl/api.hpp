@@ -157,6 +157,7 @@ struct Api {
   HDMBENCH_GL(BindBufferBase);
   HDMBENCH_GL(BindImageTexture);
   HDMBENCH_GL(ClearBufferSubData);
+  HDMBENCH_GL(CopyBufferSubData);
   HDMBENCH_GL(DispatchCompute);
   HDMBENCH_GL(GetBufferSubData);
   HDMBENCH_GL(MemoryBarrier);

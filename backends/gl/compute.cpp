@@ -116,8 +116,22 @@ public:
     const GlArray& array = of(from);
     gl_.MemoryBarrier(GL_BUFFER_UPDATE_BARRIER_BIT);
     array.bind_buffer(array.target());
-    gl_.GetBufferSubData(array.target(), static_cast<GLintptr>(first), static_cast<GLsizeiptr>(values.size()),
-                         values.data());
+    if (description_.is_software) {
+      gl_.GetBufferSubData(array.target(), static_cast<GLintptr>(first),
+                           static_cast<GLsizeiptr>(values.size()), values.data());
+      return;
+    }
+    // By another buffer: NVIDIA's driver moves one that the host reads into the host's memory, for good.
+    const Buffer copied(gl_);
+    gl_.BindBuffer(GL_COPY_WRITE_BUFFER, copied.name());
+    gl_.BufferData(GL_COPY_WRITE_BUFFER, static_cast<GLsizeiptr>(std::min(values.size(), staging_bytes)),
+                   nullptr, GL_STREAM_READ);
+    for (std::size_t done = 0; done < values.size(); done += staging_bytes) {
+      const auto bytes = static_cast<GLsizeiptr>(std::min(values.size() - done, staging_bytes));
+      gl_.CopyBufferSubData(array.target(), GL_COPY_WRITE_BUFFER, static_cast<GLintptr>(first + done), 0,
+                            bytes);
+      gl_.GetBufferSubData(GL_COPY_WRITE_BUFFER, 0, bytes, values.data() + done);
+    }
   }
   std::unique_ptr<hdmbench::Program> compile(const ProgramKind& kind) override {
     return std::make_unique<GlProgram>(gl_, kind);
