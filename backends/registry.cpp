@@ -14,6 +14,9 @@
 #if defined(HDMBENCH_WITH_EGL) || defined(HDMBENCH_WITH_OSMESA)
 #include "backends/gl/fragment.hpp"
 #endif
+#ifdef HDMBENCH_WITH_CUDA
+#include "backends/cuda/cuda.hpp"
+#endif
 #ifdef HDMBENCH_WITH_OPENCL
 #include "backends/opencl/opencl.hpp"
 #endif
@@ -80,6 +83,11 @@ std::vector<std::unique_ptr<Backend>> make_backends() {
   backends.push_back(make_opencl());
 #else
   add_not_built("opencl", "HDMBENCH_OPENCL");
+#endif
+#ifdef HDMBENCH_WITH_CUDA
+  backends.push_back(make_cuda());
+#else
+  add_not_built("cuda", "HDMBENCH_CUDA");
 #endif
   return backends;
 }
