@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <charconv>
+#include <cstdlib>
 #include <span>
 
 namespace hdmbench {
@@ -18,6 +19,10 @@ extern const EnergyPrograms programs;
 
 const EnergyPrograms& programs_of(const Energy& energy) {
   return energy.programs != nullptr ? *energy.programs : energies::Hdm::programs;
+}
+
+bool counts_as_software(bool runs_on_cpu) {
+  return runs_on_cpu && std::getenv("HDMBENCH_SOFTWARE_AS_HARDWARE") == nullptr;
 }
 
 namespace {

@@ -69,7 +69,9 @@ Device describe(Context& context, Version version) {
     throw DeviceError(
         fmt::format("{} offers OpenGL {}, {}.{} is needed", renderer, found, version.major, version.minor));
   }
-  return {.name = renderer, .driver = "OpenGL " + found, .is_software = is_software(renderer)};
+  return {.name = renderer,
+          .driver = "OpenGL " + found,
+          .is_software = counts_as_software(is_software(renderer))};
 }
 
 } // namespace hdmbench::gl

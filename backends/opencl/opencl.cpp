@@ -118,7 +118,7 @@ FoundDevice describe(const Api& api, cl_device_id id) {
       .description = {.name = text_of(api, id, CL_DEVICE_NAME),
                       .driver = fmt::format("{}, driver {}", text_of(api, id, CL_DEVICE_VERSION),
                                             text_of(api, id, CL_DRIVER_VERSION)),
-                      .is_software = (type & cl_device_type{CL_DEVICE_TYPE_CPU}) != 0},
+                      .is_software = counts_as_software((type & cl_device_type{CL_DEVICE_TYPE_CPU}) != 0)},
       .largest_buffer = value_of<cl_ulong>(api, id, CL_DEVICE_MAX_MEM_ALLOC_SIZE),
       .memory = value_of<cl_ulong>(api, id, CL_DEVICE_GLOBAL_MEM_SIZE),
       .largest_group = value_of<std::size_t>(api, id, CL_DEVICE_MAX_WORK_GROUP_SIZE)};

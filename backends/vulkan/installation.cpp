@@ -110,7 +110,7 @@ Device describe(const vk::raii::PhysicalDevice& physical) {
   const vk::PhysicalDeviceProperties properties = physical.getProperties();
   Device device{.name = properties.deviceName.data(),
                 .driver = fmt::format("driver version {:#x}", properties.driverVersion),
-                .is_software = properties.deviceType == vk::PhysicalDeviceType::eCpu};
+                .is_software = counts_as_software(properties.deviceType == vk::PhysicalDeviceType::eCpu)};
   constexpr std::string_view has_name = VK_KHR_DRIVER_PROPERTIES_EXTENSION_NAME;
   for (const vk::ExtensionProperties& extension : physical.enumerateDeviceExtensionProperties()) {
     if (extension.extensionName.data() == has_name) {
