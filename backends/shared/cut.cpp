@@ -174,15 +174,18 @@ int seed_from_row(int seed, int row) {
 
 Level part_of(const Level& level, const Box& part) {
   Level result = without_fields(level);
-  result.extent = part.extent();
-  result.target = part_of(level.target, part);
-  result.confidence = part_of(level.confidence, part);
-  result.modulus = part_of(level.modulus, part);
-  result.inverse_modulus = part_of(level.inverse_modulus, part);
-  std::ranges::transform(level.inputs, std::back_inserter(result.inputs),
+  // All arrays of a level, so that one that is added is cut, too, or this does not compile.
+  auto& [extent, energy, target, confidence, modulus, inverse_modulus, inputs, penalty, steps, update, rule,
+         inverse_curvature, strengths, seed] = result;
+  extent = part.extent();
+  target = part_of(level.target, part);
+  confidence = part_of(level.confidence, part);
+  modulus = part_of(level.modulus, part);
+  inverse_modulus = part_of(level.inverse_modulus, part);
+  std::ranges::transform(level.inputs, std::back_inserter(inputs),
                          [&](const ScalarField& input) { return part_of(input, part); });
   if (needs_inverse_curvature(level.rule)) {
-    result.inverse_curvature = part_of(level.inverse_curvature, part);
+    inverse_curvature = part_of(level.inverse_curvature, part);
   }
   return result;
 }

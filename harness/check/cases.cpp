@@ -32,6 +32,15 @@ Scene square_from_rough_start(Extent extent) {
   return scene;
 }
 
+/// `cube` with a Poisson's ratio at which only the mean of its divergence may count.
+Scene selective_cube(Extent extent) {
+  Scene scene = load_scene("cube", {.size = extent});
+  scene.name = "cube-selective";
+  scene.source.clear();
+  scene.elastic = {0.45, Integration::selective_reduced};
+  return scene;
+}
+
 /// The names of all methods of the thesis's energy but its own, which the scenes have.
 std::vector<std::string> other_methods() {
   std::vector<std::string> names;
@@ -117,6 +126,11 @@ std::vector<Case> verify_cases(bool quick) {
     cases.push_back({.scene = scene, .method = std::string(elastic_conjugate_gradients), .iterations = 2});
   }
   std::ranges::move(volume_cases(5, 2), std::back_inserter(cases));
+  cases.push_back({.scene = "cube-selective",
+                   .size = Extent{13, 12, 17},
+                   .method = std::string(elastic_conjugate_gradients),
+                   .iterations = 2,
+                   .generate = selective_cube});
   return cases;
 }
 

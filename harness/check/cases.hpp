@@ -43,7 +43,8 @@ void limit_iterations(Scene& scene, const Case& one);
 /// What `verify` compares where nobody chooses: every shipped scene as its file says; what meets the tiles of
 /// all backends; every other method on the scene that has another modulus at every site, so that each rule
 /// and order of sites is compared; then all scenes (`quick`: two) with the elastic energy, a few steps of
-/// conjugate gradients, in which all of its arithmetic is; and all of this in small volumes.
+/// conjugate gradients, in which all of its arithmetic is; and all of this in small volumes, one of which is
+/// integrated selectively.
 [[nodiscard]] std::vector<Case> verify_cases(bool quick = false);
 
 /// What `golden` has hashes of, with few iterations: every shipped scene by its own method, `square` at a

@@ -75,6 +75,9 @@ std::uint64_t hierarchy_hash(const ElasticHierarchy& hierarchy) {
   hash.add(hierarchy.ratio.nu);
   for (const ElasticLevel& level : hierarchy.levels) {
     hash.add(level.grid.sites);
+    if (level.bend != 1.0F) { // hashes in golden files are older
+      hash.add(level.bend);
+    }
     for (const std::vector<float>& moment : level.moments) {
       hash.add(moment);
     }
@@ -165,7 +168,8 @@ std::string entry_text(const GoldenEntry& entry) {
   return fmt::format(
       "  {{\"scene\": {}, \"width\": {}, \"height\": {}, {}\"method\": \"{}\", \"inputs\": "
       "\"{:016x}\", \"levels\": [{}]}}",
-      nlohmann::json(entry.problem.scene).dump(), entry.problem.size->width, entry.problem.size->height,
+      nlohmann::json(entry.problem.scene).dump(-1, ' ', false, nlohmann::json::error_handler_t::replace),
+      entry.problem.size->width, entry.problem.size->height,
       entry.problem.size->depth > 1 ? fmt::format("\"depth\": {}, ", entry.problem.size->depth) : "",
       entry.problem.method, entry.inputs.scene, levels);
 }

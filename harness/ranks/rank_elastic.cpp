@@ -13,50 +13,46 @@ namespace hdmbench {
 
 namespace {
 
-/// The sites `part` of a level and the cells between them.
-ElasticLevel part_of(const ElasticLevel& level, const Box& part) {
-  ElasticLevel result = empty_level(part.extent(), level.moments.size());
-  const auto first = [&](int y, int z) {
-    return static_cast<std::ptrdiff_t>(level.grid.index(part.first[0], part.first[1] + y, part.first[2] + z));
-  };
-  const auto copy_rows = [&](const auto& from, auto& to, Extent extent) {
-    for (std::size_t i = 0; i < from.size(); ++i) {
+/// The sites `part` of a level and the cells between them. What is not an array stays as it is; a new member
+/// has to be named here, or this does not compile.
+ElasticLevel part_of(ElasticLevel level, const Box& part) {
+  auto& [grid, moments, bend, response, masked] = level;
+  const RingedGrid whole = std::exchange(grid, RingedGrid(part.extent()));
+  const auto cut = [&](std::vector<std::vector<float>>& arrays, Extent extent) {
+    for (std::vector<float>& values : arrays) {
+      const std::vector<float> from = std::exchange(values, std::vector<float>(grid.size()));
       for (int row = 0; row < extent.rows(); ++row) {
         const int y = row % extent.height;
         const int z = row / extent.height;
-        std::copy_n(from[i].begin() + first(y, z), extent.width,
-                    to[i].begin() + static_cast<std::ptrdiff_t>(result.grid.index(0, y, z)));
+        const std::size_t first = whole.index(part.first[0], part.first[1] + y, part.first[2] + z);
+        std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(first), extent.width,
+                    values.begin() + static_cast<std::ptrdiff_t>(grid.index(0, y, z)));
       }
     }
   };
-  const Extent cells = result.grid.cells();
-  copy_rows(level.response, result.response, part.extent());
-  const bool has_site_moduli = level.moments.size() == 1; // of the image of a volume
-  copy_rows(level.moments, result.moments, has_site_moduli ? part.extent() : cells);
-  MaskedCells& masked = result.masked;
-  masked.components = level.masked.components;
+  const Extent cells = grid.cells();
+  cut(response, part.extent());
+  const bool has_site_moduli = moments.size() == 1; // of the image of a volume
+  cut(moments, has_site_moduli ? part.extent() : cells);
+  const MaskedCells from = std::exchange(masked, {});
+  masked.components = from.components;
   masked.rows = static_cast<std::size_t>(cells.height);
   for (int row = 0; row < cells.rows(); ++row) {
     masked.begin.push_back(masked.x.size());
     const auto [begin, end] =
-        level.masked.row(part.first[1] + row % cells.height, part.first[2] + row / cells.height);
+        from.row(part.first[1] + row % cells.height, part.first[2] + row / cells.height);
     for (std::size_t i = begin; i < end; ++i) {
-      const int x = level.masked.x[i] - part.first[0];
+      const int x = from.x[i] - part.first[0];
       if (x >= 0 && x < cells.width) {
         masked.x.push_back(x);
-        const float* const matrix = level.masked.matrix(i);
+        const float* const matrix = from.matrix(i);
         masked.stiffness.insert(masked.stiffness.end(), matrix,
                                 matrix + masked.components * masked.components);
       }
     }
   }
   masked.begin.push_back(masked.x.size());
-  return result;
-}
-
-/// What all levels have in common.
-ElasticHierarchy without_levels(const ElasticHierarchy& hierarchy) {
-  return {.ratio = hierarchy.ratio, .levels = {}, .coarsest_inverse = {}};
+  return level;
 }
 
 /// A field that a step reads up to `reach` sites around each site of its level.
@@ -189,16 +185,18 @@ private:
       // A level without stiffness ends it, so that it is a hierarchy as any other.
       const std::size_t axes = hierarchy.levels.front().grid.axes();
       const Extent least{2, 2, axes == 3 ? 2 : 1};
-      ElasticHierarchy piece = without_levels(hierarchy);
+      std::vector<ElasticLevel> whole = std::exchange(hierarchy.levels, {});
+      ElasticHierarchy piece = hierarchy;
       piece.coarsest_inverse.assign(axes * least.sites() * axes * least.sites(), 0.0F);
       for (int level = 0; level <= cut_levels; ++level) {
         piece.levels.push_back(
-            part_of(hierarchy.levels[static_cast<std::size_t>(level)], share_.share(level).loaded[rank_]));
+            part_of(whole[static_cast<std::size_t>(level)], share_.share(level).loaded[rank_]));
       }
-      piece.levels.push_back(empty_level(least, hierarchy.levels[1].moments.size()));
+      piece.levels.push_back(empty_level(least, whole[1].moments.size()));
       if (fault_.in_sheet) {
         fault_.in_sheet(piece, rank_);
       }
+      hierarchy.levels = std::move(whole);
       load_into(piece_, std::move(piece));
     } else {
       piece_.reset();
@@ -206,7 +204,7 @@ private:
     if (ranks_.is_first()) {
       const auto first = hierarchy.levels.begin() + cut_levels;
       for (auto level = hierarchy.levels.begin(); level != first; ++level) { // nothing is asked of them
-        *level = empty_level(first->grid.sites, level->moments.size());
+        *level = part_of(std::move(*level), all_of(first->grid.sites));
       }
       load_into(coarse_, hierarchy);
     }

@@ -75,14 +75,17 @@ void require_sides(Extent extent) {
 }
 
 Level without_fields(const Level& level) {
-  return {.extent = level.extent,
-          .energy = level.energy,
-          .penalty = level.penalty,
-          .steps = level.steps,
-          .update = level.update,
-          .rule = level.rule,
-          .strengths = level.strengths,
-          .seed = level.seed};
+  // A new member has to be named here, or this does not compile: it is kept below unless it is an array.
+  const auto& [extent, energy, target, confidence, modulus, inverse_modulus, inputs, penalty, steps, update,
+               rule, inverse_curvature, strengths, seed] = level;
+  return {.extent = extent,
+          .energy = energy,
+          .penalty = penalty,
+          .steps = steps,
+          .update = update,
+          .rule = rule,
+          .strengths = strengths,
+          .seed = seed};
 }
 
 bool changes_spread_by_contact(const Level& level) {
