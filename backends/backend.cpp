@@ -3,6 +3,7 @@
 #include "backends/shared/cut_session.hpp"
 #include "backends/shared/elastic_session.hpp"
 #include "backends/shared/energy_programs.hpp"
+#include "backends/shared/kept_arithmetic.hpp"
 
 #include <fmt/format.h>
 
@@ -61,6 +62,7 @@ std::size_t choose(std::string_view backend, const std::vector<Device>& devices,
 
 template <typename Call>
 auto Session::on_device(const Call& call) {
+  const KeptArithmetic kept(backend_);
   return backend_.empty() ? call() : with_name(backend_, call);
 }
 
@@ -190,6 +192,7 @@ void Session::require_loaded(const char* call) const {
 
 std::unique_ptr<Session> Backend::open(const SessionOptions& options) const {
   const auto open_one = [this, index = choose(name(), devices(), options.device), options] {
+    const KeptArithmetic kept(name());
     std::unique_ptr<Session> part = do_open(index, options);
     part->sequential_ = supports(Update::sequential);
     return part;
@@ -206,6 +209,7 @@ Device Backend::device(const SessionOptions& options) const {
 }
 
 std::optional<Ceilings> Backend::ceilings(const SessionOptions& options) const {
+  const KeptArithmetic kept(name());
   return with_name(name(),
                    [&] { return do_measure_ceilings(choose(name(), devices(), options.device), options); });
 }
@@ -214,6 +218,7 @@ std::unique_ptr<ElasticSession> Backend::open_elastic(const SessionOptions& opti
   if (!has_elastic()) {
     return nullptr;
   }
+  const KeptArithmetic kept(name());
   return with_name(name(),
                    [&] { return do_open_elastic(choose(name(), devices(), options.device), options); });
 }

@@ -4,6 +4,7 @@
 #include "backends/session/shapes.hpp"
 #include "backends/shared/driver_trial.hpp"
 #include "backends/shared/elastic_session.hpp"
+#include "backends/shared/kept_arithmetic.hpp"
 #include "backends/shared/tiles.hpp"
 
 #include <memory>
@@ -78,6 +79,7 @@ public:
   std::string_view description() const override { return name_.description; }
   std::vector<Device> devices() const override {
     require_answer(name_.name);
+    const KeptArithmetic kept(name_.name);
     return source_.devices();
   }
   double bytes_per_update(SiteKind kind, int /*sweeps*/) const override {
@@ -86,6 +88,7 @@ public:
   bool has_elastic() const override { return true; }
   std::string_view language() const override { return name_.language; }
   std::vector<float> evaluate(std::size_t index, std::span<const ArithmeticCase> cases) const override {
+    const KeptArithmetic kept(name_.name);
     return source_.loops(index)([&](Loops& loops) { return loops.evaluate(cases); });
   }
 

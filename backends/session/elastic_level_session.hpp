@@ -2,6 +2,7 @@
 
 #include "backends/device/device.hpp"
 #include "backends/session/elastic_steps.hpp"
+#include "backends/shared/kept_arithmetic.hpp"
 
 #include <algorithm>
 #include <span>
@@ -128,6 +129,7 @@ private:
 
   template <typename Call>
   auto on_device(const Call& call) const {
+    const KeptArithmetic kept(name_);
     return with_name(name_, [&] { return steps_(call); });
   }
 
