@@ -69,6 +69,15 @@ Device describe(Context& context, Version version) {
     throw DeviceError(
         fmt::format("{} offers OpenGL {}, {}.{} is needed", renderer, found, version.major, version.minor));
   }
+  if (parsed.major < 3) { // later they are a part of OpenGL
+    const std::string extensions = fmt::format(" {} ", text(context.api(), GL_EXTENSIONS));
+    for (const char* const needed :
+         {"GL_ARB_texture_float", "GL_ARB_texture_rectangle", "GL_EXT_framebuffer_object"}) {
+      if (extensions.find(fmt::format(" {} ", needed)) == std::string::npos) {
+        throw DeviceError(fmt::format("{}, OpenGL {}, has no {}, which is needed", renderer, found, needed));
+      }
+    }
+  }
   return {.name = renderer,
           .driver = "OpenGL " + found,
           .is_software = counts_as_software(is_software(renderer))};
