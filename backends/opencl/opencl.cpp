@@ -9,9 +9,11 @@
 #include <shaders/levels_opencl.hpp>
 #include <shaders/loops_opencl.hpp>
 #include <shaders/sweep_opencl.hpp>
+#include <unistd.h>
 
 #include <algorithm>
 #include <array>
+#include <cstdlib>
 #include <cstring>
 #include <map>
 #include <sstream>
@@ -87,11 +89,34 @@ Value value_of(const Api& api, cl_device_id device, cl_device_info what) {
   return value;
 }
 
+/// PoCL has no device where it cannot make the folder of what it compiles.
+std::string advice_without_device() {
+  const std::array names{"POCL_CACHE_DIR", "XDG_CACHE_HOME", "HOME"};
+  const auto* const set = std::ranges::find_if(names, [](auto name) { return std::getenv(name) != nullptr; });
+  const char* const folder = set == names.end() ? "" : std::getenv(*set);
+  return access(folder, W_OK) == 0
+             ? ""
+             : fmt::format("; PoCL keeps what it compiles in a folder, and {} (\"{}\") is none "
+                           "that can be written to: set POCL_CACHE_DIR",
+                           set == names.end() ? names.back() : *set, folder);
+}
+
+/// Where ocl-icd and Khronos's loader look for drivers.
+std::string drivers_listed_in() {
+  for (const char* const name : {"OCL_ICD_FILENAMES", "OCL_ICD_VENDORS", "OPENCL_VENDOR_PATH"}) {
+    if (const char* const place = std::getenv(name); place != nullptr && *place != '\0') {
+      return fmt::format("{}, which {} names", place, name);
+    }
+  }
+  return "/etc/OpenCL/vendors";
+}
+
 std::vector<cl_platform_id> platforms(const Api& api) {
   cl_uint count = 0;
   const cl_int error = api.clGetPlatformIDs(0, nullptr, &count);
   if (error == no_platform || (error == CL_SUCCESS && count == 0)) {
-    throw DeviceError("the OpenCL loader finds no driver (none is listed in /etc/OpenCL/vendors)");
+    throw DeviceError(fmt::format(
+        "the OpenCL loader finds no driver (none that can be loaded is listed in {})", drivers_listed_in()));
   }
   require(error, "clGetPlatformIDs");
   std::vector<cl_platform_id> found(count);
@@ -356,7 +381,8 @@ std::vector<FoundDevice> find_devices(const Api& api) {
     }
   }
   if (found.empty()) {
-    throw DeviceError("the OpenCL drivers have no device" + refused);
+    throw DeviceError(fmt::format("the OpenCL drivers listed in {} have no device{}{}", drivers_listed_in(),
+                                  refused, advice_without_device()));
   }
   return found;
 }
