@@ -80,6 +80,42 @@ TEST(Verify, FollowsTheElasticEnergyStepByStep) {
   EXPECT_THAT(skipped.front().reason, testing::HasSubstr("does not compute the elastic energy"));
 }
 
+/// One backend never takes the results of others with it.
+TEST(Verify, ABackendThatBreaksOffIsSkippedAndTheOthersGoOn) {
+  auto break_off = [left = 20]() mutable {
+    if (--left == 0) {
+      throw DeviceError("the plug was pulled");
+    }
+  };
+  faults::Fault fault{.name = "breaks-off"};
+  fault.in_step = [break_off](int sweeps) mutable {
+    break_off();
+    return sweeps;
+  };
+  fault.in_elastic_step = [break_off](const MethodStep& /*step*/, bool /*is_waited_for*/) mutable {
+    break_off();
+    return true;
+  };
+  const FaultyBackend failing(test::scalar(), fault);
+  Scene elastic = load_scene("random", {.size = Extent{33, 20}});
+  use_method(elastic, find_method("conjugate-gradients"), 2);
+  Scene volume = load_scene("ball", {.size = Extent{9, 8, 10}});
+  for (const Scene& scene : {square_from_null(), elastic, volume}) {
+    const Backend* const followers[] = {&failing, &test::find("openmp")};
+    const auto comparisons = verify(scene, test::scalar(), followers, {}, test::silent());
+    int broken = 0;
+    for (const Comparison& one : comparisons) {
+      const bool is_other = one.backend == "openmp";
+      EXPECT_EQ(one.verdict, is_other && !test::is_idle(one) ? Verdict::agree : Verdict::skipped)
+          << scene.name << ' ' << name_of(one.mode) << ' ' << one.reason;
+      EXPECT_EQ(one.failed, !is_other) << scene.name << ' ' << name_of(one.mode);
+      EXPECT_TRUE(is_other || one.reason.ends_with("the plug was pulled")) << one.reason;
+      broken += one.failed ? 1 : 0;
+    }
+    EXPECT_GT(broken, 1) << scene.name;
+  }
+}
+
 TEST(Verify, TheFirstDifferenceIsWhereItWasPlanted) {
   const FaultyBackend faulty(test::scalar(), {.name = "one_site", .in_read = [](VectorField& field) {
                                                 if (field.extent.width == 24) {

@@ -48,6 +48,14 @@ void keep_first(Comparison& comparison, FirstDifference first, std::size_t site,
 
 } // namespace
 
+Comparison broken_off(const Comparison& comparison, const DeviceError& error) {
+  return {.backend = comparison.backend,
+          .device = comparison.device,
+          .mode = comparison.mode,
+          .reason = error.what(),
+          .failed = dynamic_cast<const TooLarge*>(&error) == nullptr};
+}
+
 void count_field(Comparison& comparison, const VectorField& reference, const FieldDifference& drift) {
   comparison.sites_compared += static_cast<std::int64_t>(reference.extent.sites());
   comparison.sites_drifted += drift.sites;

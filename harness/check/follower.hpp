@@ -28,13 +28,27 @@ Comparison begun(const Scene& scene, const Backend& backend, const SessionOption
   return comparison;
 }
 
-/// call(follower) of all that are not skipped.
+/// What is left of a comparison whose backend cannot go on: no verdict on the scene. TooLarge is no failure.
+[[nodiscard]] Comparison broken_off(const Comparison& comparison, const DeviceError& error);
+
+/// call(follower), unless it is skipped. A backend that fails takes its own comparison with it and no other.
+template <typename Follower, typename Call>
+void if_present(Follower& follower, const Call& call) {
+  if (follower.session != nullptr) {
+    try {
+      call(follower);
+    } catch (const DeviceError& error) {
+      follower.session.reset();
+      follower.comparison = broken_off(follower.comparison, error);
+    }
+  }
+}
+
+/// The same of all.
 template <typename Followers, typename Call>
 void each_present(Followers& followers, const Call& call) {
   for (auto& follower : followers) {
-    if (follower.session != nullptr) {
-      call(follower);
-    }
+    if_present(follower, call);
   }
 }
 

@@ -51,16 +51,7 @@ struct Follower {
 
   /// From `begin`.
   void begin_level(const Level& level) {
-    try {
-      session->load(level);
-    } catch (const TooLarge& error) { // what was compared on smaller levels is no verdict on the scene
-      session.reset();
-      comparison = {.backend = comparison.backend,
-                    .device = comparison.device,
-                    .mode = comparison.mode,
-                    .reason = error.what()};
-      return;
-    }
+    session->load(level);
     session->write(begin);
     field = begin;
     last_changed = 0;
@@ -148,7 +139,7 @@ public:
         progress_.describe(fmt::format("verify {}, {}: in one piece on {}", scene_.name, method_name(scene_),
                                        backends_[i]->name()));
         comparisons.push_back(in_one_piece(*pyramid, modes.subspan(1)));
-        if (modes.front().session != nullptr) {
+        if (comparisons.back().reason.empty()) {
           conclude(comparisons.back(), conditions);
         }
       }
@@ -224,12 +215,20 @@ private:
                           .levels = followed.levels,
                           .iterations = followed.iterations,
                           .sweeps = followed.sweeps,
-                          .reason = followed.reason};
+                          .reason = {}};
     if (followers.front().session == nullptr) {
+      comparison.reason = followed.reason;
+      comparison.failed = followed.failed;
       return comparison;
     }
-    for (Follower& follower : followers) {
-      solve(pyramid, *follower.session, follower, comparison, &follower == &followers.back() ? 2 : 1);
+    try {
+      for (Follower& follower : followers) {
+        if (follower.session != nullptr) {
+          solve(pyramid, *follower.session, follower, comparison, &follower == &followers.back() ? 2 : 1);
+        }
+      }
+    } catch (const DeviceError& error) {
+      return broken_off(comparison, error);
     }
     return comparison;
   }

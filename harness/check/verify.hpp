@@ -103,6 +103,7 @@ struct Comparison {
   Verdict verdict = Verdict::skipped;
   Tier tier = Tier::none;
   std::string reason{}; ///< for mistrusted and skipped
+  bool failed = false;  ///< skipped because the device broke off what it had begun
 };
 
 struct VerifyOptions {
@@ -129,7 +130,8 @@ void excuse_nothing(Comparison& comparison);
 /// difference of that is certified. On a scene that is declared exact (Scene::exact) no difference is
 /// explained, and a step that is not exact makes the comparison mistrusted. Active is skipped where it agrees
 /// and no tile was ever at rest. A backend whose devices() or open() throws DeviceError is skipped with that
-/// reason; an error later is not caught.
+/// reason, and so is one that breaks off later (Comparison::failed); all others go on. An error of the
+/// reference is not caught.
 ///
 /// Of the elastic energy every step of the method (sweep, residual, transfer, sum) is taken by all sessions
 /// at the same time. resync: what a step made is compared on all sites, and mended where it differs; a

@@ -85,13 +85,8 @@ private:
   void do_load(ElasticHierarchy& hierarchy) override {
     reference_.load(hierarchy);
     each_present(followers_, [&](ElasticFollower& follower) {
-      try {
-        follower.session->load(hierarchy);
-        follower.comparison.levels = static_cast<int>(hierarchy.levels.size());
-      } catch (const TooLarge& error) {
-        follower.session.reset();
-        follower.comparison.reason = error.what();
-      }
+      follower.session->load(hierarchy);
+      follower.comparison.levels = static_cast<int>(hierarchy.levels.size());
     });
   }
 
@@ -167,18 +162,24 @@ std::vector<Comparison> verify_elastic(const Scene& scene_, const Backend& refer
                      .iterations = iterations,
                      .sweeps = run.steps(),
                      .reason = led.reason};
+    alone.failed = led.failed;
     if (followers[i].session != nullptr) {
       progress.describe(
           fmt::format("verify {}, {}: in one piece on {}", scene.name, scene.schedule.method, led.backend));
-      const std::unique_ptr<ElasticSession> own = backends[i]->open_elastic(options.session);
-      const VectorField found = solve_elastic(scene, *own, silent).displacement;
-      const bool is_certified = led.uncertified == 0 && led.counts_differing == 0 && led.certified_ties > 0;
-      ElasticReferenceRun waited_for(*own, {}); // it reads after every step
-      const bool explained = is_certified && compare(expected, found).sites > 0 &&
-                             compare(found, solve_elastic(scene, waited_for, silent).displacement).sites == 0;
-      judge_end(alone, expected, found, end, explained);
-      for (Comparison* const comparison : {&led, &alone}) {
-        conclude(*comparison, {.why_mistrusted = why_mistrusted(scene, largest_magnitude(expected) > 0.0)});
+      const Conditions conditions{.why_mistrusted = why_mistrusted(scene, largest_magnitude(expected) > 0.0)};
+      conclude(led, conditions);
+      try {
+        const std::unique_ptr<ElasticSession> own = backends[i]->open_elastic(options.session);
+        const VectorField found = solve_elastic(scene, *own, silent).displacement;
+        const bool is_certified = led.uncertified == 0 && led.counts_differing == 0 && led.certified_ties > 0;
+        ElasticReferenceRun waited_for(*own, {}); // it reads after every step
+        const bool explained =
+            is_certified && compare(expected, found).sites > 0 &&
+            compare(found, solve_elastic(scene, waited_for, silent).displacement).sites == 0;
+        judge_end(alone, expected, found, end, explained);
+        conclude(alone, conditions);
+      } catch (const DeviceError& error) {
+        alone = broken_off(alone, error);
       }
     }
     comparisons.insert(comparisons.end(), {led, alone});

@@ -209,6 +209,10 @@ nlohmann::json try_out(const Planted& planted, const Backend& reference, std::sp
         std::ranges::for_each(comparisons, excuse_nothing);
       }
       row["device"] = comparisons.front().device.name;
+      const auto failed = std::ranges::find(comparisons, true, &Comparison::failed);
+      if (failed != comparisons.end()) {
+        throw DeviceError(failed->reason);
+      }
       seen.update(worst_of(comparisons));
       if (planted.require_planted && seen["verdict"] != name_of(Verdict::skipped)) {
         planted.require_planted();
