@@ -97,10 +97,11 @@ ResultFile read_results(const std::filesystem::path& file) {
   if (found != schema) {
     refuse(fmt::format("is of schema {}, but this program reads schema {}", found, schema));
   }
-  ResultFile result{.file = file, .command = {}, .context = {}, .results = {}};
+  ResultFile result{.file = file, .command = {}, .context = {}, .results = {}, .cut = false};
   read("command", result.command);
   read("context", result.context);
   read("results", result.results);
+  result.cut = document.value("cut", nlohmann::json(false)) == true;
   if (!result.results.is_array()) {
     refuse("\"results\" must be an array");
   }
@@ -114,15 +115,25 @@ void require_results_writable(const std::filesystem::path& file) {
 }
 
 void write_results(const std::filesystem::path& file, std::string_view command, const Context& context,
-                   nlohmann::json results) {
-  if (file.empty()) {
+                   nlohmann::json results, bool cut) {
+  if (file.empty() || (cut && !is_replaced(file))) {
     return;
   }
-  const nlohmann::ordered_json document{{"schema", schema},
-                                        {"command", command},
-                                        {"context", nlohmann::json(context)},
-                                        {"results", std::move(results)}};
-  write_text(file == results_to_standard_output ? "/dev/stdout" : file, document.dump(1) + "\n");
+  nlohmann::ordered_json document{
+      {"schema", schema}, {"command", command}, {"context", nlohmann::json(context)}};
+  if (cut) {
+    document["cut"] = true;
+  }
+  document["results"] = std::move(results);
+  std::string text;
+  try {
+    text = document.dump(1);
+  } catch (const nlohmann::json::type_error&) {
+    text = json_text(document, 1);
+    fmt::print(stderr, "{}: a name in it is not UTF-8; U+FFFD stands for what is no character\n",
+               printable(file.string()));
+  }
+  write_text(file == results_to_standard_output ? "/dev/stdout" : file, text + "\n");
 }
 
 } // namespace hdmbench

@@ -32,13 +32,22 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Context, machine, cpu, cores, ar
 /// Of this program here and now.
 [[nodiscard]] Context run_context(std::string_view arguments, bool quick);
 
-/// What `--json` writes: {"schema": 1, "command", "context", "results": [rows]}.
+/// What `--json` writes: {"schema": 1, "command", "context", "results": [rows]}, and "cut": true where the
+/// command was ended before it had all rows.
 struct ResultFile {
   std::filesystem::path file;
   std::string command; ///< "verify"
   Context context;
   nlohmann::json results; ///< an array
+  bool cut = false;
 };
+
+/// The document as text, with `indent` spaces a step; -1: on one line. Bytes that are not UTF-8, as names of
+/// files can have them, are U+FFFD.
+template <typename Json>
+[[nodiscard]] std::string json_text(const Json& document, int indent = -1) {
+  return document.dump(indent, ' ', false, Json::error_handler_t::replace);
+}
 
 /// Throws InputError where the file cannot be read, is not JSON or not a result file.
 [[nodiscard]] ResultFile read_results(const std::filesystem::path& file);
@@ -49,8 +58,9 @@ inline constexpr std::string_view results_to_standard_output = "-";
 /// Before long work: throws InputError unless write_results can write to `file`.
 void require_results_writable(const std::filesystem::path& file);
 
-/// Nothing where `file` is empty: nobody asked for results. Throws InputError.
+/// Nothing where `file` is empty: nobody asked for results; nor of `cut` ones where a file is not replaced.
+/// As json_text() has it, with a line on standard error where it replaced something. Throws InputError.
 void write_results(const std::filesystem::path& file, std::string_view command, const Context& context,
-                   nlohmann::json results);
+                   nlohmann::json results, bool cut = false);
 
 } // namespace hdmbench

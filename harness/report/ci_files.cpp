@@ -93,7 +93,7 @@ void write_google_benchmark(const std::filesystem::path& file, const Context& co
                                           {"library_build_type", "release"},
                                           {"hdmbench_commit", context.commit}}},
                                         {"benchmarks", std::move(benchmarks)}};
-  write_text(file, document.dump(1) + "\n");
+  write_text(file, json_text(document, 1) + "\n");
 }
 
 } // namespace hdmbench::report

@@ -1,5 +1,7 @@
 #include "harness/report/html.hpp"
 
+#include "harness/scene/files.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cstdint>
@@ -7,13 +9,12 @@
 namespace hdmbench::report {
 
 std::string escape(std::string_view text) {
-  static constexpr std::string_view special = "&<>\"'\t\n";
-  static constexpr std::array<const char*, 7> written{"&amp;", "&lt;", "&gt;", "&quot;", "&#39;", "\t", "\n"};
+  static constexpr std::string_view special = "&<>\"'";
+  static constexpr std::array<const char*, 5> written{"&amp;", "&lt;", "&gt;", "&quot;", "&#39;"};
   std::string result;
-  for (const char letter : text) {
+  for (const char letter : printable(text)) {
     const std::size_t at = special.find(letter);
-    const bool is_control = static_cast<unsigned char>(letter) < 0x20 || letter == 0x7F;
-    result += at < special.size() ? written.at(at) : is_control ? "\uFFFD" : std::string(1, letter);
+    result += at < special.size() ? written.at(at) : std::string(1, letter);
   }
   return result;
 }

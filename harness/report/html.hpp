@@ -7,8 +7,7 @@
 /// Texts for an HTML page.
 namespace hdmbench::report {
 
-/// For element content and quoted attributes of HTML and XML. Control characters become U+FFFD, except tab
-/// and newline.
+/// For element content and quoted attributes of HTML and XML, of what is printable().
 [[nodiscard]] std::string escape(std::string_view text);
 
 [[nodiscard]] std::string base64(std::string_view bytes);

@@ -1,5 +1,6 @@
 #include "harness/report/report.hpp"
 
+#include "harness/measure/result_file.hpp"
 #include "harness/report/html.hpp"
 #include "harness/report/results.hpp"
 #include "harness/report/table.hpp"
@@ -173,7 +174,7 @@ json page_data(const report::Results& results) {
 /// For a script element, which a "<" inside a text could end.
 std::string script_text(const json& data) {
   std::string text;
-  for (const char letter : data.dump(-1, ' ', false, json::error_handler_t::replace)) {
+  for (const char letter : json_text(data)) {
     text += letter == '<' ? std::string("\\u003c") : std::string(1, letter);
   }
   return text;

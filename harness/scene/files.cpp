@@ -59,11 +59,6 @@ int standard_stream(const fs::path& target) {
   return -1;
 }
 
-/// Whether `target` is written to, not replaced: a pipe, a device, a standard stream.
-bool is_written_to(const fs::path& target) {
-  return fs::exists(target) && (!fs::is_regular_file(target) || standard_stream(target) >= 0);
-}
-
 void copy_to(const fs::path& target, const fs::path& from) {
   std::fflush(stdout); // what has been printed comes first
   const int own = standard_stream(target);
@@ -84,6 +79,10 @@ void copy_to(const fs::path& target, const fs::path& from) {
 
 } // namespace
 
+bool is_replaced(const fs::path& target) { // not: a pipe, a device, a standard stream
+  return !fs::exists(target) || (fs::is_regular_file(target) && standard_stream(target) < 0);
+}
+
 void require_writable(const fs::path& target) {
   const fs::path file = followed(target);
   if (fs::is_directory(target)) {
@@ -96,7 +95,7 @@ void require_writable(const fs::path& target) {
       throw unusable(target, "is read-only");
     }
   }
-  if (const fs::path folder = folder_of(file); !is_written_to(target)) {
+  if (const fs::path folder = folder_of(file); is_replaced(target)) {
     if (!fs::is_directory(folder)) {
       throw unusable(target, fmt::format("{} {}", folder.string(),
                                          fs::exists(folder) ? "is a file, not a folder" : "does not exist"));
@@ -134,7 +133,7 @@ void require_folder(const fs::path& folder, std::span<const std::string> files,
 
 void write_atomically(const fs::path& target, const std::function<void(const fs::path& partial)>& write) {
   require_writable(target);
-  if (is_written_to(target)) {
+  if (!is_replaced(target)) {
     const TemporaryDirectory folder;
     const fs::path whole = folder.path() / target.filename();
     write(whole);
@@ -200,6 +199,41 @@ std::string read_file(const fs::path& file) {
     throw unusable(file, "cannot be read: " + std::generic_category().message(errno));
   }
   return text;
+}
+
+/// Bytes of the character that `text` begins with; 0 where they are none that can be printed.
+static std::size_t printable_character(std::string_view text) {
+  const auto byte = [&](std::size_t i) { return i < text.size() ? static_cast<unsigned char>(text[i]) : 0U; };
+  const unsigned first = byte(0);
+  if (first < 0x80) {
+    return first == '\n' || first == '\t' || (first >= 0x20 && first != 0x7F) ? 1 : 0;
+  }
+  if (first < 0xC2 || first > 0xF4) {
+    return 0;
+  }
+  const std::size_t length = first >= 0xF0 ? 4 : first >= 0xE0 ? 3 : 2;
+  std::uint32_t code = first & (0x7FU >> length);
+  for (std::size_t i = 1; i < length; ++i) {
+    if ((byte(i) & 0xC0U) != 0x80) {
+      return 0;
+    }
+    code = code << 6U | (byte(i) & 0x3FU);
+  }
+  constexpr std::array<std::uint32_t, 5> least{0, 0, 0xA0, 0x800, 0x10000}; // below 0xA0: control characters
+  const bool is_character = code >= least.at(length) && code <= 0x10FFFF &&
+                            (code < 0xD800 || code > 0xDFFF) && (code & 0xFFFEU) != 0xFFFE;
+  return is_character ? length : 0;
+}
+
+std::string printable(std::string_view text) {
+  std::string result;
+  while (!text.empty()) {
+    const std::size_t length = printable_character(text);
+    result += length > 0 ? std::string(text.substr(0, length))
+                         : fmt::format("\\x{:02x}", static_cast<unsigned char>(text.front()));
+    text.remove_prefix(std::max<std::size_t>(length, 1));
+  }
+  return result;
 }
 
 TemporaryDirectory::TemporaryDirectory() {

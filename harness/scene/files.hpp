@@ -24,6 +24,9 @@ void require_regular_file(const std::filesystem::path& file);
 void write_atomically(const std::filesystem::path& target,
                       const std::function<void(const std::filesystem::path& partial)>& write);
 
+/// Whether write_atomically() replaces `target`, or makes it, and does not write to it as to a pipe.
+[[nodiscard]] bool is_replaced(const std::filesystem::path& target);
+
 /// Throws InputError unless write_atomically can write to `target`: its folder exists and can be written to,
 /// and `target` is neither a folder nor read-only. A check before long work.
 void require_writable(const std::filesystem::path& target);
@@ -38,6 +41,11 @@ void require_folder(const std::filesystem::path& folder, std::span<const std::st
 
 /// write_atomically for a text.
 void write_text(const std::filesystem::path& target, std::string_view text);
+
+/// The text for people and for files of text: names of files can have any bytes. Line feeds and tabs stay;
+/// what is no character (bytes that are not UTF-8, control characters, U+FFFE and U+FFFF) is written as its
+/// bytes, "\\x1b".
+[[nodiscard]] std::string printable(std::string_view text);
 
 /// An empty folder that goes with the object. Throws InputError where none can be made.
 class TemporaryDirectory {

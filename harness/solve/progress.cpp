@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <utility>
 
@@ -27,6 +28,9 @@ Progress::Progress(bool enabled)
 }
 
 void Progress::describe(std::string what) {
+  // A name in it may have an escape character, which would be an order to the terminal.
+  std::ranges::replace_if(
+      what, [](unsigned char c) { return c < ' ' || c == 0x7F; }, '?');
   const std::lock_guard lock(lock_);
   what_ = std::move(what);
   described_ = SteadyClock::now();

@@ -3,6 +3,7 @@
 #include "backends/cpu/cpu.hpp"
 #include "backends/gl/objects.hpp"
 #include "harness/check/golden.hpp"
+#include "harness/measure/result_file.hpp"
 #include "harness/report/html.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
@@ -80,7 +81,7 @@ json data_of(const Scene& scene) {
 
 /// JSON inside a <script>: nothing in it may end the element.
 std::string script_text(const json& data) {
-  std::string text = data.dump();
+  std::string text = json_text(data);
   for (std::size_t at = 0; (at = text.find("</", at)) != std::string::npos; at += 3) {
     text.replace(at, 2, "<\\/");
   }
