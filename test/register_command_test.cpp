@@ -1,5 +1,6 @@
 // register and detect as a user types them: files, exit status, what they refuse.
 
+#include "harness/judge/diagnosis/diagnosis.hpp"
 #include "test/files.hpp"
 #include "test/person.hpp"
 #include "test/program.hpp"
@@ -84,6 +85,30 @@ TEST_F(RegisterCommand, WhatCannotBeRegisteredIsSaid) {
       EXPECT_TRUE(!row.contains("warnings") || row["warnings"][0]["kind"] == kind) << row;
     }
   }
+}
+
+/// Tissue does not turn over, and a displacement that makes pictures less alike is worse than none.
+TEST_F(RegisterCommand, WhatNoTissueDoesIsSaid) {
+  const ScalarField source = read_scalar(path("source.nrrd")).pixels;
+  ScalarField shifted(source.extent);
+  for_each_site(source.extent, [&](int x, int y) {
+    constexpr int shift = 20;
+    shifted.values[source.extent.index(x, y)] =
+        x < shift ? 0.0F : source.values[source.extent.index(x - shift, y)];
+  });
+  write_scalar(path("shifted.nrrd"), shifted, 1.0, placement);
+  const nlohmann::json row = run(1, "register source.nrrd shifted.nrrd", "worse-than-nothing");
+  EXPECT_LT(row["after"]["correlation"], 0.5);
+  VectorField folded({8, 8});
+  folded[0][folded.extent.index(3, 4)] = 1.5F;
+  ASSERT_EQ(diagnose(folded).size(), 1U);
+  EXPECT_EQ(diagnose(folded)[0].kind, fold_over);
+  const Similarity near{.mean_squares = 100.0, .correlation = 0.9, .mutual_information = 1.0};
+  const Similarity far{.mean_squares = 101.0, .correlation = 0.8, .mutual_information = 0.9};
+  const Warnings worse = diagnose(source, shifted, near, far);
+  ASSERT_EQ(worse.size(), 1U);
+  EXPECT_EQ(worse[0].kind, worse_than_nothing);
+  EXPECT_TRUE(diagnose(source, shifted, far, near).empty());
 }
 
 TEST_F(RegisterCommand, AnInterruptedRunLeavesNothing) {

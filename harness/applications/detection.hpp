@@ -206,9 +206,11 @@ struct Detection {
   double largest = 0.0;
   double x = 0.0; ///< of the centre of the disc that explains the displacement best, pixels
   double y = 0.0;
-  double contrast = 1.0;           ///< of that disc, modulus over the label's
-  double radius = 0.0;             ///< of it, pixels
-  double position_deviation = 0.0; ///< of x, y by noise, standard deviation, pixels
+  double contrast = 1.0; ///< of that disc, modulus over the label's
+  double radius = 0.0;   ///< of it, pixels
+  // By white noise of the displacement alone, standard deviations. The bias of a registration is larger, so
+  // that these are no interval of what is true.
+  double position_deviation = 0.0; ///< of x, y, pixels
   double contrast_deviation = 0.0; ///< of the logarithm of the contrast
   /// The largest magnitude, of either sign, in each simulation in which nothing is hidden: where one of them
   /// comes near, the above may be chance.

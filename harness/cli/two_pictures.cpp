@@ -158,7 +158,8 @@ int run_register(Call& call) {
   progress.clear();
   const Similarity before = similarity(data.source, data.target);
   const Similarity after = similarity(data.source, pulled_back(data.target, outcome.displacement));
-  const Warnings warnings = diagnose(data.source, data.target, before, after);
+  Warnings warnings = diagnose(data.source, data.target, before, after);
+  std::ranges::move(diagnose(outcome.displacement), std::back_inserter(warnings));
   const ScalarField areas = least_area_ratios(outcome.displacement);
   const auto folds = std::ranges::count_if(areas.values, [](float ratio) { return !(ratio > 0.0F); });
   const bool converged = outcome.row.value("converged", true);
@@ -204,7 +205,10 @@ int run_register(Call& call) {
     fmt::print("\n{}", warnings_text(warnings));
   }
   call.write(json::array({without_nulls(row)}));
-  return !contains(warnings, no_likeness, &Warning::kind) && converged ? success : disagreement;
+  const bool is_of_use =
+      std::ranges::none_of(std::array{no_likeness, worse_than_nothing, fold_over},
+                           [&](auto kind) { return contains(warnings, kind, &Warning::kind); });
+  return is_of_use && converged ? success : disagreement;
 }
 
 /// Any contrast that the search tries explains as much.
@@ -217,22 +221,17 @@ bool is_at_limit(const Detection& found) {
   return std::abs(std::log(found.contrast)) > 0.999 * largest_logarithm;
 }
 
-/// How much stiffer or softer, as far as the search can tell.
+/// How much stiffer or softer, as far as the search can tell. Without an interval: the error of a
+/// registration is a bias, of which no deviation by noise knows.
 std::string contrast_text(const Detection& found) {
   const double most = std::exp(largest_logarithm);
   if (is_undetermined(found)) {
     return fmt::format("any modulus from 1/{0:.0f} to {0:.0f} times the label's: it cannot be told", most);
   }
-  const auto end = [&](double logarithm) {
-    return std::exp(std::clamp(std::log(found.contrast) + logarithm, -largest_logarithm, largest_logarithm));
-  };
-  const std::string range =
-      fmt::format("{:.3g} ... {:.3g}", end(-found.contrast_deviation), end(found.contrast_deviation));
-  return is_at_limit(found) ? fmt::format("{} the label's modulus, where the search ends ({})",
+  return is_at_limit(found) ? fmt::format("{} the label's modulus, where the search ends",
                                           found.contrast > 1.0 ? fmt::format("{:.0f} times or more", most)
-                                                               : fmt::format("1/{:.0f} or less of", most),
-                                          range)
-                            : fmt::format("{:.3g} times the label's modulus ({})", found.contrast, range);
+                                                               : fmt::format("1/{:.0f} or less of", most))
+                            : fmt::format("about {:.2g} times the label's modulus", found.contrast);
 }
 
 std::string verdict(bool chance_found_it, const Detection& found) {
@@ -313,8 +312,7 @@ int run_detect(Call& call) {
           "  most significant {largest:.3g} standard deviations; by chance as much in "
           "{as_much_by_chance} of {simulations} simulations with nothing hidden, at most "
           "{largest_by_chance:.3g}\n"
-          "  explained best by a disc at x = {x:.1f}, y = {y:.1f} (+- {position_deviation:.3g}), radius "
-          "{radius:.1f} px,",
+          "  explained best by a disc at x = {x:.1f}, y = {y:.1f}, radius {radius:.1f} px,",
           row),
       contrast_text(found));
   fmt::print("  {}\n\n{}  {}: MPa; beside it detection.nrrd, standard deviations\n",
@@ -333,7 +331,7 @@ void add_register(CLI::App& program, Call& call) {
       "Find the displacement between two pictures of one person, with the tissues' moduli (thesis Algorithms "
       "5 and 6).\n"
       "Writes DIR/displacement.nrrd and pictures before and after. Exit status 1 where the pictures have no "
-      "likeness.",
+      "likeness,\nare no more alike than before, or the displacement turns tissue over.",
       {pair_options(schedule_options(true)), iterate},
       {"source is required", "target is required", "--scene is required", "--slice needs --orientation"});
 }

@@ -92,12 +92,15 @@ double estimated_distance(const Scene& scene, const VectorField& missing) {
   return square > 0.0 ? std::min(estimate, std::sqrt(square)) : estimate;
 }
 
-void check_folding(const VectorField& displacement, Warnings& warnings) {
+} // namespace
+
+Warnings diagnose(const VectorField& displacement) {
+  Warnings warnings;
   // A tenth of the area left: from here on linear interpolation of what moved there is unreliable.
   constexpr float nearly_folded = 0.1F;
   const ScalarField ratios = least_area_ratios(displacement);
   if (ratios.values.empty()) {
-    return;
+    return warnings;
   }
   const auto worst = std::ranges::min_element(ratios.values);
   const std::string where = ratios.extent.place(static_cast<std::size_t>(worst - ratios.values.begin()));
@@ -111,7 +114,10 @@ void check_folding(const VectorField& displacement, Warnings& warnings) {
          "cells"_a = ratios.values.size(), "near"_a = near, "least"_a = *worst, "place"_a = where,
          "content"_a = displacement.extent.depth > 1 ? "volume" : "area");
   }
+  return warnings;
 }
+
+namespace {
 
 void check_rest(const Scene& scene, const Solution& solution, Warnings& warnings) {
   const RestState rest = measure_rest(scene, solution.displacement);
@@ -173,12 +179,12 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
       warn(warnings, "divergence/elastic", std::nullopt, "why"_a = absurd);
       return warnings;
     }
-    check_folding(field, warnings);
+    std::ranges::move(diagnose(field), std::back_inserter(warnings));
     check_elastic_rest(scene, solution, warnings);
     return warnings;
   }
   check_range(scene, field, warnings);
-  check_folding(field, warnings);
+  std::ranges::move(diagnose(field), std::back_inserter(warnings));
   check_met(scene, field, warnings);
   check_rest(scene, solution, warnings);
   return warnings;

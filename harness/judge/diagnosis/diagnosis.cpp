@@ -75,6 +75,7 @@ Warnings diagnose(const ScalarField& source, const ScalarField& target, const Si
   constexpr double least_information = 0.02; // bits
   constexpr double of_noise = 1.5;           // of variances: how far the estimates of noise can be off
   constexpr double clear_gain = 0.5;         // of the mean squared difference
+  constexpr double least_gain = 1e-3;        // interpolation alone changes the measures by less
   Warnings warnings;
   const double by_chance = information_by_chance(source.values.size());
   if (std::abs(after.correlation) < least_correlation &&
@@ -86,11 +87,12 @@ Warnings diagnose(const ScalarField& source, const ScalarField& target, const Si
   const double noise = std::hypot(noise_of(source), noise_of(target));
   if (after.mean_squares >= clear_gain * before.mean_squares &&
       before.mean_squares <= of_noise * noise * noise) {
-    warn(warnings, "nothing-gained/noise", std::nullopt, "difference"_a = std::sqrt(before.mean_squares),
+    warn(warnings, "nothing-gained", std::nullopt, "difference"_a = std::sqrt(before.mean_squares),
          "noise"_a = noise);
-  } else if (after.mean_squares >= before.mean_squares && after.correlation <= before.correlation &&
-             after.mutual_information <= before.mutual_information) {
-    warn(warnings, "nothing-gained", std::nullopt);
+  } else if (after.mean_squares >= (1.0 - least_gain) * before.mean_squares &&
+             after.correlation <= before.correlation + least_gain &&
+             after.mutual_information <= before.mutual_information + least_gain) {
+    warn(warnings, worse_than_nothing, std::nullopt);
   }
   return warnings;
 }

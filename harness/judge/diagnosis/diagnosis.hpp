@@ -36,11 +36,18 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Warning, kind, message, advice, sites)
 /// What the field itself says, `solution` being the scene's: again the work of a few sweeps.
 [[nodiscard]] Warnings diagnose(const Scene& scene, const Solution& solution);
 
+inline constexpr std::string_view fold_over = "fold-over";
+
+/// What a displacement alone says: fold_over where it turns cells over, near-fold where it nearly does.
+[[nodiscard]] Warnings diagnose(const VectorField& displacement);
+
 inline constexpr std::string_view no_likeness = "no-likeness";
+inline constexpr std::string_view worse_than_nothing = "worse-than-nothing";
 
 /// What two pictures (gray values 0 ... 255) say about their registration, by how alike they were `before`
 /// and are `after` it: no_likeness where they are no more alike than two pictures of noise, nothing-gained
-/// where they are not more alike than before, or did not differ by more than their noise.
+/// where they did not differ by more than their noise, worse_than_nothing where by no measure they are more
+/// alike than before.
 [[nodiscard]] Warnings diagnose(const ScalarField& source, const ScalarField& target,
                                 const Similarity& before, const Similarity& after);
 
