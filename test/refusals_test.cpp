@@ -192,6 +192,30 @@ TEST_P(Refusals, SayWhatIsWrong) {
 INSTANTIATE_TEST_SUITE_P(Of, Refusals, testing::ValuesIn(groups()),
                          [](const auto& information) { return information.param.name; });
 
+/// Tables within tables are made and unmade by recursion.
+TEST(SceneRefusals, KeysOfVeryManyPartsDoNotEndTheStack) {
+  const test::TemporaryFolder folder;
+  const auto many = [](const char* part, const char* between) {
+    std::string text = part;
+    for (int i = 0; i < 50'000; ++i) {
+      text += between;
+      text += part;
+    }
+    return text;
+  };
+  for (const std::string& text :
+       {many("a", ".") + " = 1\n", "[" + many("a", " . ") + "]\n", "[[" + many("a", ".") + "]]\n",
+        "a = {" + many("\"a b\"", ".") + " = 1}\n", "# don't\n" + many("'a'", ".") + " = 1\n",
+        "a = " + many("[", "") + "\n", "a = " + many("{a=", "") + "\n"}) {
+    test::expect_run(
+        2, "run " + folder.write("deep.toml", text).string(),
+        testing::AnyOf(HasSubstr("a key of more than 100 parts"), HasSubstr("nested value depth")));
+  }
+  const std::string good =
+      "title = \"\"\"" + many("a", ".") + "\"\"\" # " + many("a", ".") + "\nsize = [3, 3]\n";
+  test::expect_run(2, "run " + folder.write("title.toml", good).string(), Not(HasSubstr("parts")));
+}
+
 TEST(LevelRefusals, SayWhatIsWrong) {
   Level good = test::plain_level({7, 5});
   const auto refused = [&](float& value, float bad, const char* says) {

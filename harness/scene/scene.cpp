@@ -258,7 +258,7 @@ std::vector<std::string> shipped_scenes() {
 Scene load_scene(const std::string& scene, const SceneOptions& options) {
   const SceneText file = text_of(scene);
   try {
-    const toml::table root = toml::parse(file.text, file.file_name);
+    const toml::table root = parse_toml(file.text, file.file_name);
     Scene result = build(root, file, options);
     result.source = scene;
     return result;

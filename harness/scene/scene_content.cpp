@@ -207,7 +207,7 @@ std::vector<std::filesystem::path> files_of_scene(const std::string& scene) {
   std::vector<std::filesystem::path> files{scene};
   try {
     const SceneText file = text_of(scene);
-    const toml::table root = toml::parse(file.text);
+    const toml::table root = parse_toml(file.text, file.file_name);
     for (const std::string_view table : {"image", "brain"}) {
       if (const toml::table* const names = root[table].as_table()) {
         for (const auto& [key, value] : *names) {

@@ -135,6 +135,44 @@ const Key* find_key(std::string_view where, std::string_view name) {
 
 } // namespace
 
+/// Throws InputError for a key of more parts than any scene has: tables are made and unmade by recursion, one
+/// in the other for each dot, until the stack ends. What stands in quotes and in comments has no dots of
+/// keys.
+static void require_shallow_keys(std::string_view text, const std::string& file) {
+  constexpr int most_dots = 100;
+  int line = 1;
+  int dots = 0;
+  std::string_view quote; // that ends a text
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    const std::string_view rest = text.substr(i);
+    line += rest.front() == '\n' ? 1 : 0;
+    if (!quote.empty()) {
+      const bool ends = rest.starts_with(quote) || (quote.size() == 1 && rest.front() == '\n');
+      i += ends ? quote.size() - 1 : rest.front() == '\\' && quote.front() == '"' ? 1 : 0;
+      quote = ends ? std::string_view() : quote;
+    } else if (rest.front() == '"' || rest.front() == '\'') {
+      const std::size_t length = rest.starts_with("\"\"\"") || rest.starts_with("'''") ? 3 : 1;
+      quote = rest.substr(0, length);
+      i += length - 1;
+    } else if (rest.front() == '#') {
+      i += std::min(rest.find('\n'), rest.size()) - 1;
+    } else if (rest.front() == '.') {
+      ++dots;
+    } else if (std::string_view("=\n,[]{}").find(rest.front()) != std::string_view::npos) {
+      dots = 0;
+    }
+    if (dots > most_dots) {
+      throw InputError(fmt::format("{}:{}: a key of more than {} parts; scene files have at most two", file,
+                                   line, most_dots));
+    }
+  }
+}
+
+toml::table parse_toml(const std::string& text, const std::string& file) {
+  require_shallow_keys(text, file);
+  return toml::parse(text, file);
+}
+
 TomlReader::TomlReader(const toml::table& table, std::string file, std::string where)
     : table_(table), file_(std::move(file)), where_(std::move(where)) {
   for (const auto& [name, node] : table_) {

@@ -14,6 +14,10 @@
 
 namespace hdmbench {
 
+/// A TOML text; `file` is for errors. Throws toml::parse_error, and InputError for keys of so many parts that
+/// reading them would end the stack.
+[[nodiscard]] toml::table parse_toml(const std::string& text, const std::string& file);
+
 /// Typed access to one table of a scene file. Every error is an InputError with file and line. No key is
 /// silently ignored: one that the table cannot have is refused at once, and finish() refuses one that nobody
 /// asked for, because it has no effect in this scene. Numbers are checked by the table of keys in
