@@ -7,6 +7,7 @@
 #include <gmock/gmock.h>
 #include <toml++/toml.h>
 
+#include <bit>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
@@ -193,6 +194,18 @@ TEST_F(ImageFiles, FieldsComeBackWithTheirPlaceFromEveryFormat) {
               AllOf(HasSubstr("\nhdmbench mapping = forward: tissue at x moves to x + d(x)\n"),
                     HasSubstr("\nDimSize = 4 3 2\n")));
   EXPECT_EQ(files().size(), 3U);
+}
+
+/// Devices differ in the sign of 0, and files are compared byte by byte.
+TEST_F(ImageFiles, ZerosArePositive) {
+  for (const Extent extent : {Extent{3, 2}, Extent{3, 2, 2}}) {
+    VectorField field = some_displacement(extent);
+    field[0][1] = 0.0F;
+    write_displacement(path("plus.nrrd"), field, 0.5);
+    field[0][1] = std::bit_cast<float>(0x80000000U);
+    write_displacement(path("minus.nrrd"), field, 0.5);
+    EXPECT_EQ(content(path("minus.nrrd")), content(path("plus.nrrd")));
+  }
 }
 
 TEST_F(ImageFiles, VolumesAreResampledAndRefused) {

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -14,6 +15,13 @@ namespace hdmbench {
 namespace {
 
 using images::unwritable;
+
+/// Drivers differ in the sign of 0, and files are compared byte by byte. By its bits: compilers are told that
+/// the sign does not matter.
+float with_zero_positive(double value) {
+  const auto stored = static_cast<float>(value);
+  return std::bit_cast<std::uint32_t>(stored) == 0x80000000U ? 0.0F : stored;
+}
 
 images::Geometry geometry_of(const std::filesystem::path& file, Extent extent, std::size_t components,
                              double spacing, const Placement& placement) {
@@ -93,7 +101,7 @@ void write_displacement(const std::filesystem::path& file, const VectorField& di
                                   : displacement[axis][sites.index(x, y, z)]);
     }
     for (const double component : placement.vector(way[0], way[1], way[2])) {
-      values.push_back(static_cast<float>(component));
+      values.push_back(with_zero_positive(component));
     }
   });
   // An ITK or Slicer transform maps the other way, from the deformed image back: who opens the file must be
