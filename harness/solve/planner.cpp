@@ -246,6 +246,19 @@ private:
     return true;
   }
 
+  /// Why a step of conjugate gradients follows on those that `error` knows.
+  [[nodiscard]] std::string why_further(const RemainingError& error, double contrast) const {
+    if (!error.is_known() || !request_.accuracy) {
+      return error.is_known() ? "there is time left" : "says how far full multigrid was from the end";
+    }
+    constexpr double small_contrast = 50.0;
+    return error.estimate() > *request_.accuracy
+               ? fmt::format("{:.3g} px are asked for", *request_.accuracy)
+               : fmt::format(
+                     "not within {:.3g} px by the margin for an estimate that is wrong{}", *request_.accuracy,
+                     contrast > small_contrast ? fmt::format(" at a contrast of {:.3g}", contrast) : "");
+  }
+
   /// Full multigrid, then conjugate gradients until the steps say that it is enough.
   void solve_image() {
     ElasticSolver solver(scene_.full, scene_.elastic, session_);
@@ -268,6 +281,7 @@ private:
         mistrust_ = fmt::format("{} steps of conjugate gradients did not come to an end", most_steps);
         break;
       }
+      const std::string reason = why_further(error, contrast);
       const ElasticSolver::Step step = solver.conjugate_gradients();
       if (step.ended) {
         at_rest = step.at_rest;
@@ -277,11 +291,7 @@ private:
       }
       error.add(step.change);
       last = clock_.seconds() - before;
-      note(scene_.extent(), "gradients",
-           i == 0              ? std::string("says how far full multigrid was from the end")
-           : request_.accuracy ? fmt::format("{:.3g} px are asked for", *request_.accuracy)
-                               : std::string("there is time left"),
-           step.change, error.estimate());
+      note(scene_.extent(), "gradients", reason, step.change, error.estimate());
     }
     solver.settle(scene_.full);
     plan_.solution.displacement = solver.result();
