@@ -271,6 +271,79 @@ TEST(CommandLine, WithoutOpenGlItSaysSo) {
                    AllOf(HasSubstr("gl-fragment: skipped: "), Not(HasSubstr("0 skipped"))), no_driver);
 }
 
+TEST(CommandLine, WithoutFloatTexturesTheOthersAreCompared) {
+  const test::TemporaryFolder folder;
+  const std::string file = (folder.path() / "verify.json").string();
+  test::expect_run(0, "verify tie-rich --sizes 8 --json " + file,
+                   ContainsRegex("gl-fragment: skipped: .*, has no GL_ARB_texture_float"),
+                   "MESA_EXTENSION_OVERRIDE=-GL_ARB_texture_float");
+  EXPECT_EQ(read_json(file)["results"][0]["verdict"], "agree");
+}
+
+/// Names of files may have any bytes; results are written all the same, and nothing raw is printed.
+TEST(CommandLine, NamesThatAreNoTextAreWrittenAsWhatTheyAre) {
+  const test::TemporaryFolder folder;
+  const std::string scene = "size = [9, 9]\n[random]\nseed = 5\nmodulus = [1.0, 9.0]\ndisplacement = 5.0\n"
+                            "observed = 0.1\n";
+  const std::string at = folder.path().string();
+  for (const std::string name : {"a\xff", "b\x1b[31m", "c\xef\xbf\xbe", "d\xc2\x9b", "e\xed\xa0\x80"}) {
+    const std::string file = folder.write(name + ".toml", scene).string();
+    const test::Outcome run =
+        test::expect_run(0, fmt::format("run '{0}' --output '{1}/out' --json {1}/run.json", file, at),
+                         HasSubstr("mean energy"));
+    const test::Outcome verify = test::expect_run(
+        0, fmt::format("verify '{0}' --backends openmp --json {1}/verify.json --junit {1}/j.xml", file, at));
+    EXPECT_EQ(read_json(folder.path() / "run.json")["results"].size(), 1U) << name;
+    EXPECT_FALSE(read_json(folder.path() / "verify.json")["results"].empty()) << name;
+    const std::string raw = name.substr(1);
+    for (const std::string& text : {run.output, verify.output, read_file(folder.path() / "j.xml")}) {
+      EXPECT_THAT(text, Not(HasSubstr(raw)));
+      EXPECT_THAT(text, HasSubstr(name.substr(0, 1) + "\\x"));
+    }
+    (void)folder.write(name + ".toml", "size = 3\n");
+    const test::Outcome refused = test::expect_run(2, fmt::format("run '{}'", file), HasSubstr("size"));
+    EXPECT_THAT(refused.output, Not(HasSubstr(raw)));
+  }
+  for (const char* name : {"a.json", "a.toml"}) {
+    const std::string file = folder.write(name, "{\"a\": \"\xff\"}").string();
+    test::expect_run(2, "run " + file, HasSubstr(name));
+    test::expect_run(2, "report " + file, HasSubstr(name));
+  }
+}
+
+/// What the system allows too little of is named, and 1 remains a disagreement.
+TEST(CommandLine, LimitsOfTheSystemAreNamed) {
+  const test::TemporaryFolder folder;
+  const std::string at = folder.path().string();
+  write_scalar(folder.path() / "modulus.nrrd", ScalarField({64, 64}, 1.0F), 1.0);
+  const std::string scene =
+      folder
+          .write("scene.toml",
+                 "[image]\nmodulus = \"modulus.nrrd\"\n[[condition]]\nwhere = \"left\"\ndx = 1.0\n")
+          .string();
+  const std::string run = "run " + scene + " --output " + at + "/out";
+  const auto shell = [](const char* words) { return fmt::format("sh -c '{}; exec \"$0\" \"$@\"'", words); };
+  for (const auto& [limit, says] :
+       {std::pair{shell("ulimit -n 4"), "4 open files are allowed (ulimit -n)"},
+        {shell("ulimit -s 128"), "131072 bytes of stack are allowed (ulimit -s)"},
+        {shell("ulimit -f 8"), "(ulimit -f)"},
+        {shell("export OMP_STACKSIZE=1000G"), "a library has ended the program"}}) {
+    test::expect_run(2, run, HasSubstr(says), limit);
+  }
+}
+
+/// A driver that crashes, here because it has no memory, leaves what was compared before.
+TEST(CommandLine, ACrashKeepsWhatWasComparedBefore) {
+  const test::TemporaryFolder folder;
+  const std::string file = (folder.path() / "verify.json").string();
+  for (const char* limit : {"ulimit -v 700000;", "ulimit -v 1000000;", "ulimit -v 1500000;"}) {
+    const test::Outcome outcome = hdmbench("verify tie-rich circular --sizes 8 --json " + file, limit);
+    EXPECT_TRUE(outcome.status == 0 || outcome.status == 2) << outcome.status << outcome.output;
+    EXPECT_TRUE(outcome.status == 0 || outcome.output.find("hdmbench: ") != std::string::npos)
+        << outcome.output;
+  }
+}
+
 TEST(CommandLine, VerifyAndBenchWriteWhatTheCiOfOthersReads) {
   const test::TemporaryFolder folder;
   const auto junit = folder.path() / "verify.xml";

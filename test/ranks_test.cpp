@@ -1,6 +1,8 @@
 // Several processes against one: files byte for byte, every sweep bit by bit, errors that end all of them.
 // Skipped where the build has no MPI.
 
+#include "harness/scene/method.hpp"
+#include "harness/scene/scene.hpp"
 #include "test/files.hpp"
 #include "test/program.hpp"
 
@@ -79,6 +81,35 @@ TEST_F(RankProgram, VolumesAreThoseOfOneProcess) {
        {"random", "--size 20x19x36 --energy elastic --method conjugate-gradients --iterations 2", 6},
        {"cube", "--size 12x13x25", 3, "openmp+opencl+vulkan-compute"},
        {"ball", "--size 17x13x25 --energy elastic", 3, "openmp+vulkan-compute+gl-compute"}});
+}
+
+/// Energies, integrations and dimensions, each with each, as far as scenes have them; and springs beside
+/// prescribed components, at a Poisson's ratio where integrations differ much.
+TEST_F(RankProgram, EveryEnergyIntegrationAndDimensionIsThatOfOneProcess) {
+  int cut = 0; // fields that another integration changes
+  for (const std::string_view energy : energy_names()) {
+    for (const std::string_view integration : integration_names) {
+      for (const bool is_volume : {false, true}) {
+        const bool is_full = integration == integration_names.front();
+        if (!is_full && !is_volume) { // a sheet does not lock
+          continue;
+        }
+        const std::string scene =
+            folder_
+                .write(
+                    fmt::format("{}-{}.toml", energy, integration),
+                    fmt::format("size = {}\nenergy = \"{}\"\npoisson = 0.45\n{}[schedule]\niterations = 4\n"
+                                "[random]\nseed = 5\nmodulus = [1.0, 100.0]\ndisplacement = 5.0\n"
+                                "observed = 0.1\nconfidences = [0.25, 0.5, 1.0]\n",
+                                is_volume ? "[9, 13, 18]" : "[37, 30]", energy,
+                                is_volume ? fmt::format("integration = \"{}\"\n", integration) : ""))
+                .string();
+        expect_files_of_one_process({{scene, "", 3}});
+        cut += is_full ? 0 : 1;
+      }
+    }
+  }
+  EXPECT_GT(cut, 0);
 }
 
 TEST_F(RankProgram, AFieldLiesWhereTheImageOfTheSceneDoes) {
@@ -175,6 +206,12 @@ TEST_F(RankProgram, VerifyComparesEverySweepOnEveryNumberOfRanks) {
   }
   EXPECT_EQ(numbers, (std::set{1, 2, 3, 4, 5, 6}));
   const std::string sprung = folder_.write("springs.toml", springs).string();
+  const std::string selective =
+      folder_
+          .write("selective.toml", "size = [9, 10, 14]\nenergy = \"elastic\"\npoisson = 0.45\n"
+                                   "integration = \"selective-reduced\"\n[random]\nseed = 5\n"
+                                   "modulus = [1.0, 9.0]\ndisplacement = 5.0\nobserved = 0.1\n")
+          .string();
   for (const auto& [arguments, ranks, says] :
        std::initializer_list<std::tuple<std::string, int, const char*>>{
            {"--quick --sizes 12x9 --backends openmp", 2, "sleeping-pieces, 124 x 120"}, // among all scenes
@@ -186,6 +223,7 @@ TEST_F(RankProgram, VerifyComparesEverySweepOnEveryNumberOfRanks) {
            {"ball --size 9x10x21 --backends scalar,openmp --iterations 6 --methods icm", 4,
             "0 are certified"},
            {"ball --size 12x9x17 --energy elastic --backends openmp --quick", 3, " 0 are certified"},
+           {selective + " --backends openmp --quick", 3, " 0 are certified"},
            {"random --size 21x13 --backends openmp --methods closed-form,sequential --quick", 2,
             "sequential, is left out"},
            {"random --size 23x45 --backends scalar,openmp --iterations 3 --methods annealing,cascade", 4,
@@ -215,6 +253,7 @@ TEST_F(RankProgram, ErrorsEndAllWithStatusTwoAndOneSentence) {
     const test::Outcome outcome = test::expect_run(2, arguments, HasSubstr(words), on_ranks(3));
     const std::size_t first = outcome.output.find(words);
     EXPECT_EQ(outcome.output.find(words, first + 1), std::string::npos) << "said twice: " << outcome.output;
+    EXPECT_THAT(outcome.output, Not(HasSubstr("MPI_ABORT"))) << "all ranks met the same error";
   };
   const std::string out = " --output " + path("out");
   expect_refusal("run nowhere" + out, "there is no scene and no file \"nowhere\"");
@@ -229,6 +268,7 @@ TEST_F(RankProgram, ErrorsEndAllWithStatusTwoAndOneSentence) {
   expect_refusal("bench", "bench --scaling strong");
   expect_refusal("run square --size 20 --output " + folder_.write("file", "").string(),
                  "is a file, not a folder");
+  expect_refusal("run square --size 20 --json " + path("nowhere/a.json"), "nowhere does not exist");
   EXPECT_TRUE(test::files_in(path("out")).empty());
 }
 
@@ -241,6 +281,30 @@ TEST_F(RankProgram, AnErrorOfOneRankHasItsWords) {
   const std::string run = "run square --size 2000 --output " + path("out");
   test::expect_run(2, run, HasSubstr("rank 1: out of memory"),
                    with_last(run, "ulimit -v 200000; exec \"$0\" \"$@\""));
+  EXPECT_TRUE(test::files_in(path("out")).empty());
+}
+
+TEST_F(RankProgram, OtherScenesByTheSameNameAreRefused) {
+  const std::string text = "size = {}\nenergy = \"{}\"\n[random]\nseed = 5\nmodulus = [1.0, {}]\n"
+                           "displacement = 5.0\nobserved = 0.1\n[schedule]\niterations = {}\n";
+  fs::create_directory(path("other"));
+  const auto write = [&](const char* name, const auto&... values) {
+    (void)folder_.write(name, fmt::format(fmt::runtime(text), values...));
+  };
+  write("a.toml", "[20, 20]", "hdm", "9.0", 4);
+  for (const auto& [size, energy, modulus, iterations, says] :
+       {std::tuple{"[24, 20]", "hdm", "9.0", 4, "rank 1 has a, 24 x 20"},
+        {"[20, 20]", "elastic", "9.0", 4, "energy elastic"},
+        {"[20, 20]", "hdm", "9.5", 4, "with the hash"},
+        {"[20, 20]", "hdm", "9.0", 5, "5 iterations"}}) {
+    write("other/a.toml", size, energy, modulus, iterations);
+    for (const std::string& run :
+         {"run a.toml --output " + path("out"), std::string("verify a.toml --backends openmp --quick")}) {
+      const test::Outcome outcome = test::expect_run(
+          2, run, AllOf(HasSubstr(says), HasSubstr("give all ranks the same program and files")),
+          fmt::format("cd '{}'; {}", path(""), with_last(run, "cd other; exec \"$0\" \"$@\"")));
+    }
+  }
   EXPECT_TRUE(test::files_in(path("out")).empty());
 }
 

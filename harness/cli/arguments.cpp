@@ -138,6 +138,38 @@ Scene scene_of(const Call& call, const Option<std::string>& name) {
   return scene;
 }
 
+/// FNV-1a.
+static std::uint64_t hash_of(std::string_view bytes) {
+  std::uint64_t hash = 0xcbf29ce484222325;
+  for (const char byte : bytes) {
+    hash = (hash ^ static_cast<unsigned char>(byte)) * 0x100000001b3;
+  }
+  return hash;
+}
+
+void require_same_scenes(const Call& call, std::span<const Scene> scenes) {
+  if (call.ranks == nullptr) {
+    return;
+  }
+  std::string own = fmt::format("hdmbench of commit {}", run_context("", false).commit);
+  for (const Scene& scene : scenes) {
+    own += fmt::format("\n{}, {}, energy {}, {}, {} iterations", scene.name, scene.extent().text(),
+                       scene.energy->name, method_name(scene), scene.schedule.iterations);
+    for (const std::filesystem::path& file : files_of_scene(scene.source)) {
+      own += fmt::format(", {} with the hash {:016x}", file.string(), hash_of(read_file(file)));
+    }
+  }
+  require_same(*call.ranks, own, [](std::size_t rank, std::string_view text, std::string_view first) {
+    const auto end = std::ranges::mismatch(text, first).in1 - text.begin();
+    const auto line_of = [begin = text.substr(0, static_cast<std::size_t>(end)).rfind('\n') + 1](auto whole) {
+      const std::string_view rest = whole.substr(std::min(begin, whole.size()));
+      return rest.empty() ? "nothing" : rest.substr(0, rest.find('\n'));
+    };
+    return fmt::format("rank {} has {}, but rank 0 has {}; give all ranks the same program and files", rank,
+                       line_of(text), line_of(first));
+  });
+}
+
 const Backend& choose_backend(const Call& call, const std::vector<std::unique_ptr<Backend>>& registry,
                               const Scene& scene) {
   const Backend& found = find_backend(registry, call[option::backend]);
@@ -264,6 +296,17 @@ std::vector<const Backend*> choose_backends(const Call& call,
   return chosen;
 }
 
+ExitStatus ended(const Call& call, bool good, std::string_view missing) {
+  if (missing.empty() || !good) {
+    return good ? success : disagreement;
+  }
+  if (call.speaks()) {
+    std::fflush(stdout);
+    fmt::print(stderr, "hdmbench: {}\n", printable(missing));
+  }
+  return bad_input;
+}
+
 Extent parse_size(const std::string& text) {
   const auto side = [&](std::string_view digits) {
     const std::optional<int> number = number_of<int>(digits);
@@ -324,7 +367,7 @@ std::string beside(const std::filesystem::path& results, const std::filesystem::
 
 json gather_rows(const json& own, Ranks& ranks) {
   json rows = json::array();
-  for (const std::string& text : ranks.gather(own.dump())) {
+  for (const std::string& text : ranks.gather(json_text(own))) {
     const json more = json::parse(text);
     rows.insert(rows.end(), more.begin(), more.end());
   }

@@ -79,6 +79,9 @@ inline const Option<OutputFolder> output("--output", "Folder for the files, made
 
 /// The scene that `name` says, at the call's size with its schedule. Throws InputError.
 [[nodiscard]] Scene scene_of(const Call& call, const Option<std::string>& name = option::scene);
+/// Throws InputError on all ranks where one has other scenes than the first, another file by the same name
+/// among them, or another build. Collective; nothing in one process.
+void require_same_scenes(const Call& call, std::span<const Scene> scenes);
 /// The one backend of a call, which lives as long as the registry. Throws InputError where it is unknown or
 /// cannot update as the scene wants.
 [[nodiscard]] const Backend&
@@ -105,6 +108,11 @@ using SceneLoader = std::function<std::optional<Scene>()>;
 [[nodiscard]] std::vector<const Backend*>
 choose_backends(const Call& call, const std::vector<std::unique_ptr<Backend>>& registry,
                 const std::string& reference = {});
+
+/// What a check ends with: disagreement where it is not `good`. `missing` says what was asked for and not
+/// compared, empty where nothing is: then it has not passed either, which is said, and the environment or the
+/// input is at fault.
+[[nodiscard]] ExitStatus ended(const Call& call, bool good, std::string_view missing);
 
 /// " --device 1 --threads 2" as far as they were given.
 [[nodiscard]] std::string session_words(const Call& call);

@@ -25,6 +25,13 @@ void Call::write(nlohmann::json rows, std::string_view kind) const {
   }
 }
 
+void Call::keep(const nlohmann::json& rows, std::string_view kind) const {
+  if (speaks() && (*this)[option::json] != results_to_standard_output) {
+    write_results((*this)[option::json], kind.empty() ? command->get_name() : kind,
+                  run_context(line, (*this)[option::quick]), rows, true);
+  }
+}
+
 template <typename Value>
 void add_option(CLI::App& command, Call& call, const Option<Value>& option) {
   Value& value = call[option];
@@ -153,7 +160,7 @@ void require_known_options(const CLI::App& command, const std::vector<std::strin
   }
 }
 
-void require_outputs(const CLI::App& command, bool writes) {
+void require_outputs(const CLI::App& command) {
   namespace fs = std::filesystem;
   std::vector<fs::path> inputs;
   std::vector<fs::path> outputs;
@@ -163,7 +170,7 @@ void require_outputs(const CLI::App& command, bool writes) {
       std::error_code missing;
       if (type == "FILE" || type == "FOLDER") {
         outputs.emplace_back(value);
-        if (writes && type == "FILE") {
+        if (type == "FILE") {
           require_results_writable(value);
         }
       } else if (fs::is_directory(value, missing)) {

@@ -96,6 +96,8 @@ struct Call {
   /// Writes the rows where --json sends them, if this process speaks, as results of the command that runs, or
   /// of `kind`. Throws InputError.
   void write(nlohmann::json rows, std::string_view kind = {}) const;
+  /// The rows so far, marked as cut, for who ends the command before it has written all.
+  void keep(const nlohmann::json& rows, std::string_view kind = {}) const;
 };
 
 /// Adds an option to a command, whose value the call then has. Compiled once, in commands.cpp: CLI11's
@@ -155,8 +157,8 @@ void require_known_options(const CLI::App& command, const std::vector<std::strin
 
 /// Throws InputError where a file or folder that `command`, which has been parsed, would write (OutputFile,
 /// OutputFolder) is one of those that it reads: what its other arguments name, result files in a folder and
-/// the images of a scene among them. If it `writes` them, also where a file cannot be written to.
-void require_outputs(const CLI::App& command, bool writes);
+/// the images of a scene among them. Also where a file cannot be written to.
+void require_outputs(const CLI::App& command);
 
 using AddCommand = void(CLI::App& program, Call& call);
 AddCommand add_devices, add_methods, add_run, add_register, add_detect, add_rivals, add_verify,

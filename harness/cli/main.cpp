@@ -1,5 +1,7 @@
 #include "backends/cpu/cpu.hpp"
+#include "backends/shared/kept_arithmetic.hpp"
 #include "harness/cli/arguments.hpp"
+#include "harness/cli/process.hpp"
 #include "harness/ranks/message_passing.hpp"
 #include "harness/scene/images/images.hpp"
 
@@ -11,7 +13,6 @@
 
 #include <csignal>
 #include <cstdio>
-#include <iostream>
 #include <sstream>
 
 namespace {
@@ -28,18 +29,18 @@ void keep_standard_streams() {
   }
 }
 
-/// fmt::print throws where standard error cannot be written to. Among ranks it ends all of them.
-int refuse(std::string_view why, Ranks* ranks) {
-  const bool says_who = ranks != nullptr && !ranks->is_first();
-  if (ranks != nullptr) {
-    ranks->give_way();
+/// fmt::print throws where standard error cannot be written to. Of ranks that all end for one reason the
+/// first one says it; else a rank says it and ends all.
+int refuse(std::string_view reason, Ranks* ranks) {
+  const bool all_end = ranks == nullptr || ranks->all_end();
+  if (all_end && ranks != nullptr && !ranks->is_first()) {
+    return commands::bad_input;
   }
-  std::fputs(says_who ? fmt::format("hdmbench: rank {}: {}\n", ranks->rank(), why).c_str()
-                      : fmt::format("hdmbench: {}\n", why).c_str(),
-             stderr);
-  if (ranks != nullptr) {
+  const std::string who = all_end || ranks->is_first() ? "" : fmt::format("rank {}: ", ranks->rank());
+  std::fputs(fmt::format("hdmbench: {}{}\n", who, printable(reason)).c_str(), stderr);
+  if (!all_end) {
     std::fflush(stdout);
-    ranks->end_all(commands::bad_input);
+    ranks->end_all(commands::ended_by_main(commands::bad_input));
   }
   return commands::bad_input;
 }
@@ -55,14 +56,12 @@ bool sends_results_to_standard_output(std::span<char*> words) {
 /// Ranks that were started with other words would wait for each other in different places, for ever; and
 /// other commands would do the same work several times, and write the same files. Collective.
 void require_meaning_for_ranks(std::string_view command, const std::string& own, Ranks& ranks) {
-  const std::vector<std::string> all = ranks.gather(own);
-  for (std::size_t rank = 0; rank < all.size(); ++rank) {
-    if (all[rank] != own) {
-      throw InputError(fmt::format("rank {} was started as \"hdmbench {}\", but rank 0 as \"hdmbench {}\"; "
-                                   "give all ranks the same arguments",
-                                   rank, all[rank], own));
-    }
-  }
+  require_same(ranks, own, [](std::size_t rank, std::string_view text, std::string_view first) {
+    return fmt::format(
+        "rank {} was started as \"hdmbench {}\", but rank 0 as \"hdmbench {}\"; give all ranks "
+        "the same arguments",
+        rank, text, first);
+  });
   constexpr std::array<std::string_view, 5> shared{"run", "verify", "faults", "bench", "devices"};
   if (!command.starts_with('-') && !contains(shared, command)) {
     throw InputError(
@@ -81,6 +80,7 @@ int run_program(std::span<char*> words, Ranks* ranks) {
   if (speaks && sends_results_to_standard_output(words)) {
     stdout = stderr;
   }
+  print_printable();
   for (const char* const word : words.subspan(1)) {
     call.line += (call.line.empty() ? "" : " ") + shell_word(word);
   }
@@ -106,7 +106,8 @@ int run_program(std::span<char*> words, Ranks* ranks) {
   }
   std::vector<std::string> names;
   for (CLI::App* const command : program.get_subcommands({})) {
-    command->parse_complete_callback([command, speaks] { require_outputs(*command, speaks); });
+    command->parse_complete_callback(
+        [command, ranks] { let_first_check(ranks, [&] { require_outputs(*command); }); });
     names.push_back(command->get_name());
   }
   if (words.size() < 2) {
@@ -125,8 +126,11 @@ int run_program(std::span<char*> words, Ranks* ranks) {
     }
     program.parse(static_cast<int>(words.size()), words.data());
   } catch (const CLI::ParseError& error) {
-    std::ostringstream unread;
-    const int code = program.exit(error, std::cout, speaks ? std::cerr : unread);
+    std::ostringstream help;
+    std::ostringstream why;
+    const int code = program.exit(error, help, why);
+    fmt::print("{}", help.str());
+    std::fputs(speaks ? printable(why.str()).c_str() : "", stderr);
     return code == 0 ? success : bad_input;
   }
   return call.status;
@@ -136,6 +140,8 @@ int run_and_explain(std::span<char*> words) {
   std::unique_ptr<Ranks> ranks;
   const auto refuse_all = [&](std::string_view why) { return refuse(why, ranks.get()); };
   try {
+    commands::require_limits();
+    commands::explain_sudden_end();
     ranks = Ranks::of_this_process();
     return run_program(words, ranks.get());
   } catch (const InputError& error) {
@@ -160,8 +166,13 @@ int main(int argc, char** argv) {
   keep_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN); // a file that grows beyond its limit is then an error as any other
   const int status = run_and_explain({argv, static_cast<std::size_t>(argc)});
-  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
-    return refuse("standard output cannot be written to (disk full, or closed?)", nullptr);
+  (void)std::fflush(stdout); // what has been printed comes first
+  for (const std::string& sentence : all_changed_arithmetic()) {
+    std::fputs(fmt::format("hdmbench: {}\n", sentence).c_str(), stderr);
   }
-  return status;
+  if (std::fflush(stdout) != 0 || std::ferror(stdout) != 0) {
+    return commands::ended_by_main(
+        refuse("standard output cannot be written to (disk full, or closed?)", nullptr));
+  }
+  return commands::ended_by_main(status);
 }

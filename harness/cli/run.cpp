@@ -306,6 +306,7 @@ int run_scene(Call& call) {
   Progress progress(call.speaks());
   progress.describe(fmt::format("prepare {}", call[option::scene]));
   Scene scene = load_for(call);
+  require_same_scenes(call, {&scene, 1});
   const Request request = request_of(call, scene.spacing);
   const bool inspected = is_inspected(scene.extent());
   const auto registry = make_backends();
@@ -318,8 +319,9 @@ int run_scene(Call& call) {
   const Backend& backend = shared ? *shared : choose_backend(call, registry, scene);
   const Device device = backend.device(session);
   const std::vector<std::string> files = file_names(scene, call[format]);
-  if (have_images() && call.speaks()) {
-    require_folder(call[option::output], files, files_of_scene(call[option::scene]));
+  if (have_images()) {
+    let_first_check(
+        ranks, [&] { require_folder(call[option::output], files, files_of_scene(call[option::scene])); });
   }
   require_held(scene);
   if (call[format] == "nii.gz" && scene.extent().axes() == 2) {
@@ -392,6 +394,7 @@ int run_scene(Call& call) {
   }
   fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} {}, {} iterations in {:.3g} s\n", energy,
              largest, unit, iterations, solution.timings.total());
+  row["estimated_px"] = solution.estimated_error;
   if (solution.estimated_error && !plan) {
     fmt::print("  estimated distance from finite elements {:.2g} {}\n", *solution.estimated_error, unit);
   }

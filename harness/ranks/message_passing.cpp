@@ -49,6 +49,7 @@ public:
     MPI_Comm_rank(MPI_COMM_WORLD, &rank_);
     MPI_Comm_size(MPI_COMM_WORLD, &size_);
     require_that_all_answer();
+    require(MPI_Comm_dup(MPI_COMM_WORLD, &ending_), "MPI_Comm_dup");
     MPI_Comm machine = MPI_COMM_NULL;
     require(MPI_Comm_split_type(MPI_COMM_WORLD, MPI_COMM_TYPE_SHARED, rank_, MPI_INFO_NULL, &machine),
             "MPI_Comm_split_type");
@@ -121,11 +122,9 @@ public:
     return texts;
   }
 
-  void give_way() const override {
-    if (!is_first()) {
-      std::this_thread::sleep_for(std::chrono::milliseconds(300 + 20 * std::min(rank_, 50)));
-    }
-  }
+  /// Each but the first one waits a little longer than the one before it, so that where not all end one
+  /// speaks and ends the others.
+  bool all_end() const override { return all_come_within(0.3 + 0.02 * std::min(rank_, 50)); }
 
   void end_all(int status) override {
     MPI_Abort(MPI_COMM_WORLD, status);
@@ -133,26 +132,30 @@ public:
   }
 
 private:
+  /// Whether all ranks call this.
+  [[nodiscard]] bool all_come_within(double seconds) const {
+    const Clock clock;
+    MPI_Request request = MPI_REQUEST_NULL;
+    int done = MPI_Ibarrier(ending_, &request) == MPI_SUCCESS ? 0 : -1;
+    while (done == 0 && clock.seconds() < seconds &&
+           MPI_Test(&request, &done, MPI_STATUS_IGNORE) == MPI_SUCCESS) {
+      std::this_thread::sleep_for(std::chrono::microseconds(100));
+    }
+    return done > 0;
+  }
+
   /// MPI_Init is over on all ranks. One that had no memory for messages within its machine then listens
   /// elsewhere, and what the others send it is lost.
   void require_that_all_answer() const {
     constexpr double seconds = 10.0;
-    const Clock clock;
-    MPI_Request request = MPI_REQUEST_NULL;
-    require(MPI_Ibarrier(MPI_COMM_WORLD, &request), "MPI_Ibarrier");
-    for (int done = 0; done == 0;) {
-      require(MPI_Test(&request, &done, MPI_STATUS_IGNORE), "MPI_Test");
-      std::this_thread::sleep_for(std::chrono::microseconds(100));
-      if (done == 0 && clock.seconds() > seconds) {
-        give_way();
-        throw DeviceError(
-            fmt::format("not all ranks answered within {:g} s after MPI had started them; has each "
-                        "enough memory (ulimit -v)?",
-                        seconds));
-      }
+    if (!all_come_within(seconds + 0.02 * std::min(rank_, 50))) {
+      throw DeviceError(fmt::format("not all ranks answered within {:g} s after MPI had started them; has "
+                                    "each enough memory (ulimit -v)?",
+                                    seconds));
     }
   }
 
+  MPI_Comm ending_ = MPI_COMM_WORLD; ///< for all_come_within() alone: others may be in another call
   int rank_ = 0;
   int size_ = 0;
   int rank_on_machine_ = 0;

@@ -7,9 +7,11 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace hdmbench {
@@ -61,11 +63,22 @@ public:
   [[nodiscard]] virtual double largest(double own) = 0;
   /// By exchange(), so far.
   [[nodiscard]] virtual Traffic traffic() const = 0;
-  /// Ends all ranks. Those behind the first one wait a moment, so that where all meet the same error only the
-  /// first one says so: call it before anything is printed.
-  virtual void give_way() const = 0;
+  /// To be called by a rank that cannot go on, before anything is printed. True where all ranks do so within
+  /// a moment: then the first one speaks for all, and each may return from main(). False where others go on,
+  /// or wait for this one: then it has to say so itself and to end_all().
+  [[nodiscard]] virtual bool all_end() const = 0;
   [[noreturn]] virtual void end_all(int status) = 0;
 };
+
+/// Throws InputError on all ranks where one has another text than the first: `differ` makes the sentence of a
+/// rank's number, its text and that of the first, on the first rank, which speaks for all. Collective.
+void require_same(Ranks& ranks, const std::string& own,
+                  const std::function<std::string(std::size_t rank, std::string_view text,
+                                                  std::string_view first)>& differ);
+
+/// check() by the first rank, which alone writes files; what it refuses, all refuse. Throws InputError.
+/// Collective. `ranks` null: this process is alone.
+void let_first_check(Ranks* ranks, const std::function<void()>& check);
 
 /// Returns call(). An error of this rank's device becomes an InputError in its words: who takes a DeviceError
 /// for a device that is left out would go on without the other ranks.

@@ -151,6 +151,35 @@ std::unique_ptr<Ranks> Ranks::of_this_process() {
 }
 #endif
 
+void require_same(Ranks& ranks, const std::string& own,
+                  const std::function<std::string(std::size_t rank, std::string_view text,
+                                                  std::string_view first)>& differ) {
+  const std::vector<std::string> all = ranks.gather(own); // nothing but on the first rank
+  const auto other = std::ranges::find_if(all, [&](const std::string& text) { return text != all.front(); });
+  if (ranks.sum(other != all.end() ? 1 : 0) > 0) {
+    throw InputError(other == all.end()
+                         ? "the ranks were not started alike"
+                         : differ(static_cast<std::size_t>(other - all.begin()), *other, all.front()));
+  }
+}
+
+void let_first_check(Ranks* ranks, const std::function<void()>& check) {
+  if (ranks == nullptr) {
+    return check();
+  }
+  std::string why;
+  try {
+    if (ranks->is_first()) {
+      check();
+    }
+  } catch (const InputError& error) {
+    why = error.what();
+  }
+  if (ranks->sum(why.empty() ? 0 : 1) > 0) {
+    throw InputError(why.empty() ? "the first rank cannot write its files" : why);
+  }
+}
+
 RankBackend::RankBackend(Ranks& ranks, const std::vector<std::unique_ptr<Backend>>& registry,
                          std::string names, SessionOptions asked, Sharing sharing, faults::RankFault fault)
     : ranks_(ranks), first_(backend_of_rank(registry, names, 0)),

@@ -32,6 +32,7 @@ constexpr std::string_view question = "--read-image";
 // Exit statuses of the process that reads: what a library ends it with is another one.
 constexpr int has_read = 78;    // its standard output is the geometry and the values
 constexpr int has_refused = 79; // its standard output is the sentence of an InputError
+constexpr int has_no_room = 80; // its standard output took no more
 
 std::atomic<bool>& reads_apart() {
   static std::atomic<bool> apart = false;
@@ -68,7 +69,7 @@ rlim_t processor_seconds(const std::filesystem::path& file) {
     std::fputs(error.what(), output);
     status = has_refused;
   }
-  std::_Exit(std::ferror(output) == 0 && std::fclose(output) == 0 ? status : EXIT_FAILURE);
+  std::_Exit(std::ferror(output) == 0 && std::fclose(output) == 0 ? status : has_no_room);
 }
 
 /// What libraries printed about the file, the beginning of it, as one line of printable characters. libtiff
@@ -99,6 +100,15 @@ Pixels read_apart(const std::filesystem::path& file) {
     end = ask_own_program(question, file.string(), output.path(), errors.path(), options);
   } catch (const InputError&) { // no process can be started here, which says nothing about the file
     return images::read_pixels_here(file);
+  }
+  if (end.exit_status == has_no_room) { // says nothing about the file
+    rlimit allowed{};
+    getrlimit(RLIMIT_FSIZE, &allowed);
+    throw images::unreadable(
+        file, allowed.rlim_cur == RLIM_INFINITY
+                  ? "there is no memory for its pixels"
+                  : fmt::format("files of {} bytes are allowed (ulimit -f), and its pixels need a larger one",
+                                allowed.rlim_cur));
   }
   const std::string complaint = complaint_of(file_text(errors.path()));
   if (end.exit_status == has_refused) {
