@@ -1,4 +1,9 @@
-// A driver of Vulkan and of OpenCL that does not come back from its first call: DRIVER_DOES is what it does.
+// A driver of Vulkan and of OpenCL that spoils something in its first call, from which most do not come back:
+// DRIVER_DOES is what it does.
+
+#ifdef __SSE2__
+#include <xmmintrin.h>
+#endif
 
 #include <chrono>
 #include <cstdint>
@@ -28,11 +33,20 @@ namespace {
   }
 }
 
+/// As a library does when it is loaded that gcc -Ofast has linked.
+[[maybe_unused]] void flush_to_zero() {
+#ifdef __SSE2__
+  constexpr unsigned results_and_operands = 0x8040;
+  _mm_setcsr(_mm_getcsr() | results_and_operands);
+#endif
+}
+
 } // namespace
 
 extern "C" int vk_icdNegotiateLoaderICDInterfaceVersion(std::uint32_t* /*version*/) {
   DRIVER_DOES();
-  return 0;
+  constexpr int incompatible = -9; // VK_ERROR_INCOMPATIBLE_DRIVER
+  return incompatible;
 }
 extern "C" void (*vk_icdGetInstanceProcAddr(void* /*instance*/, const char* /*name*/))() {
   return nullptr;

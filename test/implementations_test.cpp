@@ -111,10 +111,60 @@ TEST(Gates, WhatAgreedBeforeHasToAgree) {
   test::expect_run(1, verify("--sizes 8 --baseline ") + better, HasSubstr("resync: was exact, is agree"));
   test::expect_run(2, verify("--sizes 8 --baseline ") + folder.write("no.json", "{}").string(),
                    HasSubstr("no.json"));
+  // What holds for nothing is no gate that was passed.
+  nlohmann::json nothing = file;
+  nothing["results"] = nlohmann::json::array();
+  nlohmann::json disagreed = file;
+  for (nlohmann::json& row : disagreed["results"]) {
+    row.update({{"tier", "none"}, {"verdict", "disagree"}});
+  }
+  for (const nlohmann::json& one : {nothing, disagreed}) {
+    test::expect_run(2, verify("--sizes 8 --baseline ") + folder.write("none.json", one.dump()).string(),
+                     HasSubstr("none.json: no comparison in it agreed"));
+  }
   const std::string timed = (folder.path() / "timed.json").string();
   test::expect_run(
       0, "bench square --size 16 --backends openmp --iterations 3 --repeat 1 --no-ceilings --json " + timed);
   EXPECT_THAT(test::read_json(timed)["results"][1]["driver"].get<std::string>(), HasSubstr("OpenMP"));
+}
+
+TEST(Gates, WhatComparesNothingHasNotPassed) {
+  const std::string aborting = only_driver("driver_aborts");
+  for (const auto& [words, says] :
+       {std::pair{"verify tie-rich --sizes 8 --backends scalar", "no backend is left to compare with scalar"},
+        {"verify tie-rich --sizes 8 --backends openmp --update sequential", "nothing was compared"},
+        {"verify tie-rich --sizes 8 --methods sequential", "nothing was compared"},
+        {"faults square --size 16 --faults last-slice-unwritten", "no fault was tried"}}) {
+    test::expect_run(2, words, HasSubstr(says), aborting);
+  }
+}
+
+TEST(DriverTrial, ADriverThatChangesTheArithmeticIsNamedAndTheReferenceStays) {
+  const test::TemporaryFolder folder;
+  for (const auto& file : fs::directory_iterator("/etc/OpenCL/vendors")) {
+    fs::copy(file, folder.path());
+  }
+  fs::copy(HDMBENCH_DRIVERS "/driver_flushes.icd", folder.path());
+  // Displacements below the smallest normal number.
+  const std::string tiny =
+      folder
+          .write("tiny.toml", "size = [16, 16]\n[random]\nseed = 3\nmodulus = [1.0, 9.0]\n"
+                              "displacement = 1e-37\nobserved = 0.3\n[schedule]\nmethod = \"closed-form\"\n"
+                              "iterations = 4\n")
+          .string();
+  const auto named = [](const char* backend) {
+    return HasSubstr(fmt::format("a driver of {} has changed the arithmetic of the whole program (subnormal "
+                                 "results are 0, subnormal operands are 0)",
+                                 backend));
+  };
+  for (const auto& [backend, scene, environment] :
+       {std::tuple{"opencl", tiny,
+                   fmt::format("OCL_ICD_VENDORS={0} OPENCL_VENDOR_PATH={0}", folder.path().string())},
+        {"vulkan-compute", "tie-rich --sizes 8", // Mesa's rasterizer takes subnormal numbers for 0 itself
+         "VK_ADD_DRIVER_FILES=" HDMBENCH_DRIVERS "/driver_flushes.json"}}) {
+    test::expect_run(0, fmt::format("verify {} --backends openmp,{}", scene, backend),
+                     AllOf(named(backend), HasSubstr(" 0 disagree")), environment);
+  }
 }
 
 TEST(Implementations, WhatAnEarlierOneHasShownIsNotRunAgain) {

@@ -42,11 +42,23 @@ std::map<std::string, json> by_comparison(const json& rows) {
   return result;
 }
 
+/// Its place among tier_names: a better one is larger, 0 is none.
+std::ptrdiff_t tier_of(const json& row) {
+  return std::ranges::find(tier_names, row.value("tier", "none")) - tier_names.begin();
+}
+
+/// Throws InputError where no row reached a tier: then nothing could be lost.
+void require_something_to_lose(const std::filesystem::path& file) {
+  const json rows = verify_rows(file);
+  if (std::ranges::none_of(rows, [](const json& row) { return row.is_object() && tier_of(row) > 0; })) {
+    throw InputError(fmt::format("{}: no comparison in it agreed, so that it holds for nothing; give "
+                                 "--baseline results of verify in which something did",
+                                 file.string()));
+  }
+}
+
 /// A line for every comparison of before that reached a tier and now is missing or reaches a lower one.
 std::string losses(const json& before, const json& now) {
-  const auto tier_of = [](const json& row) { // its place among tier_names: a better one is larger
-    return std::ranges::find(tier_names, row.value("tier", "none")) - tier_names.begin();
-  };
   const std::map<std::string, json> rows = by_comparison(now);
   std::string lines;
   for (const auto& [name, old] : by_comparison(before)) {
@@ -73,7 +85,7 @@ Options gate_options(bool with_baseline) {
 
 Gates::Gates(Call& call) {
   if (!call[baseline].empty()) {
-    (void)verify_rows(call[baseline]);
+    require_something_to_lose(call[baseline]);
     if (call[option::json].empty()) {
       call[option::json] = folder_.emplace().path() / "verify.json";
     }

@@ -185,9 +185,10 @@ int run_golden(Call& call) {
   fmt::print("\n{} solutions are golden, {} are not, {} have nothing to be compared with, {} skipped\n",
              agree, disagree, mistrusted, skipped);
   call.write(std::move(rows));
-  const int status = !call[to_write].empty()     ? write_golden(results, golden, call[to_write])
-                     : disagree + mistrusted > 0 ? disagreement
-                                                 : success;
+  const char* const missing =
+      agree + disagree + mistrusted > 0 ? "" : "nothing was compared, so nothing is golden";
+  const int status = !call[to_write].empty() ? write_golden(results, golden, call[to_write])
+                                             : ended(call, disagree + mistrusted == 0, missing);
   return gates.judge(status, call);
 }
 

@@ -1,5 +1,6 @@
 #include "harness/check/verify.hpp"
 
+#include "backends/shared/kept_arithmetic.hpp"
 #include "harness/check/cases.hpp"
 #include "harness/check/probe.hpp"
 #include "harness/cli/arguments.hpp"
@@ -179,6 +180,31 @@ void print_findings(std::span<const Backend* const> backends, const std::vector<
   }
 }
 
+/// What was asked for and not compared, of all comparisons; empty where nothing is missing. `backends`: the
+/// reference first.
+std::string what_is_missing(const Call& call, const std::vector<const Backend*>& backends,
+                            const std::vector<Comparison>& all) {
+  const auto failed = std::ranges::find(all, true, &Comparison::failed);
+  if (failed != all.end()) {
+    return failed->reason;
+  }
+  const auto is_compared = [&](std::string_view backend) {
+    return std::ranges::any_of(all, [&](const Comparison& one) {
+      return one.verdict != Verdict::skipped && (backend.empty() || one.backend == backend);
+    });
+  };
+  if (!is_compared("")) {
+    return "nothing was compared, so nothing has passed: all comparisons were skipped, for the reasons above";
+  }
+  for (const Backend* const backend : backends) {
+    if (backend != backends.front() && needs(call, backend->name()) && !is_compared(backend->name())) {
+      return fmt::format("{} is needed, but nothing was compared on it, for the reasons above",
+                         backend->name());
+    }
+  }
+  return {};
+}
+
 /// Backends and scenes, judged and printed. `backends`: the reference first. Returns an ExitStatus.
 int verify_scenes(const Call& call, const std::vector<const Backend*>& backends,
                   const std::vector<Scene>& scenes) {
@@ -210,6 +236,9 @@ int verify_scenes(const Call& call, const std::vector<const Backend*>& backends,
         row["backend"] = shared->backends();
         row["ranks"] = shared->ranks();
       }
+      if (const std::string changed = changed_arithmetic(comparison.backend); !changed.empty()) {
+        row["changed_arithmetic"] = changed;
+      }
       row["repeat"] = repeat_line(call, scene, comparison.backend);
       if (!call[reference].empty()) {
         row["reference"] = call[reference];
@@ -219,6 +248,7 @@ int verify_scenes(const Call& call, const std::vector<const Backend*>& backends,
       all.push_back(comparison);
     }
     print_scene(scene, comparisons, call);
+    call.keep(rows);
   }
   fmt::print("\nAll scenes, all modes\n{}",
              table_text(rows_by_backend(all),
@@ -241,7 +271,7 @@ int verify_scenes(const Call& call, const std::vector<const Backend*>& backends,
     report::write_junit(call[junit], rows);
   }
   call.write(std::move(rows));
-  return is_good ? success : disagreement;
+  return ended(call, is_good, what_is_missing(call, backends, all));
 }
 
 /// Without those that several ranks cannot compute, which it names, and where nobody chose with what sleeps
@@ -251,6 +281,7 @@ std::vector<Scene> scenes_for_ranks(const Call& call, int ranks) {
   if (are_all(call)) {
     scenes.push_back(sleeping_pieces(ranks));
   }
+  require_same_scenes(call, scenes);
   std::erase_if(scenes, [](const Scene& scene) {
     const bool is_sequential = scene.full.update == Update::sequential;
     if (is_sequential) {
@@ -298,9 +329,12 @@ int run_verify(Call& call) {
   if (!call[reference].empty()) {
     (void)find_backend(registry, call[reference]); // "none" is none
   }
-  const int status =
-      verify_scenes(call, choose_backends(call, registry, call[reference]), scenes_to_verify(call));
-  return gates.judge(status, call);
+  const std::vector<const Backend*> backends = choose_backends(call, registry, call[reference]);
+  if (backends.size() == 1) {
+    throw InputError(fmt::format("no backend is left to compare with {}; name one with --backends",
+                                 backends.front()->name()));
+  }
+  return gates.judge(verify_scenes(call, backends, scenes_to_verify(call)), call);
 }
 
 } // namespace
