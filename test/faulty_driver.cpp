@@ -33,7 +33,7 @@ namespace {
   }
 }
 
-/// As a library does when it is loaded that gcc -Ofast has linked.
+/// What a library that gcc -Ofast has linked does when it is loaded.
 [[maybe_unused]] void flush_to_zero() {
 #ifdef __SSE2__
   constexpr unsigned results_and_operands = 0x8040;
