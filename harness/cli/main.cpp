@@ -29,7 +29,7 @@ void keep_standard_streams() {
   }
 }
 
-/// fmt::print throws where standard error cannot be written to. Of ranks that all end for one reason the
+/// fmt::print throws where standard error cannot be written to. Where all ranks end for one reason the
 /// first one says it; else a rank says it and ends all.
 int refuse(std::string_view reason, Ranks* ranks) {
   const bool all_end = ranks == nullptr || ranks->all_end();

@@ -84,7 +84,7 @@ std::size_t begun_character(std::string_view text) {
   return 0;
 }
 
-/// As fopencookie() wants it: 0 is an error.
+/// A write function of fopencookie(): 0 is an error.
 ssize_t print_as_text(void* stream, const char* bytes, std::size_t size) {
   auto& to = *static_cast<PrintedStream*>(stream);
   std::string text = std::exchange(to.rest, {}) + std::string(bytes, size);

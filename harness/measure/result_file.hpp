@@ -59,7 +59,7 @@ inline constexpr std::string_view results_to_standard_output = "-";
 void require_results_writable(const std::filesystem::path& file);
 
 /// Nothing where `file` is empty: nobody asked for results; nor of `cut` ones where a file is not replaced.
-/// As json_text() has it, with a line on standard error where it replaced something. Throws InputError.
+/// The text is json_text(), with a line on standard error where that replaced something. Throws InputError.
 void write_results(const std::filesystem::path& file, std::string_view command, const Context& context,
                    nlohmann::json results, bool cut = false);
 
