@@ -86,6 +86,18 @@ TEST_F(ImageFiles, WithoutASliceItIsTheOneThatShowsMostOfTheBrain) {
   EXPECT_NE(found.picture.values, read_brain(file, 2, 2, 0.0, {6, 6}).picture.values);
 }
 
+TEST_F(ImageFiles, BrainAndHeadLieAtOnePlace) {
+  const auto volume = [&](const char* name, const char* origin) {
+    return write_nrrd(
+        name, "float", "3 3 3", "0 0 0 0 5 0 0 0 0 0 0 0 5 9 5 5 9 5 5 9 0 0 0 0 0 0 0",
+        fmt::format("space dimension: 3\nspace directions: (1,0,0) (0,1,0) (0,0,1)\nspace origin: {}\n",
+                    origin));
+  };
+  const auto brain = volume("brain.nrrd", "(0,0,0)");
+  EXPECT_EQ(read_head(brain, volume("near.nrrd", "(0,0.0001,0)"), 2, {}).picture.extent, (Extent{3, 3, 3}));
+  expect_refusal([&] { (void)read_head(brain, volume("far.nrrd", "(0,0.01,0)"), 2, {}); }, "lies elsewhere");
+}
+
 /// Colin27 without skull, of the Debian package mricron-data.
 class Colin : public ImageFiles {
 protected:

@@ -169,7 +169,7 @@ TEST(BeforeTheRun, AVolumeThatHardlyChangesItsSizeIsNamed) {
 TEST(BeforeTheRun, ResampledPixelsAreNamed) {
   Scene scene = pulled_scene({8, 8}, 10.0F);
   EXPECT_FALSE(has(diagnose(scene), "resampled"));
-  scene.oblong = OblongGrid{.extent = {8, 4}, .sides = {1.0, 2.0}};
+  scene.oblong = FileGrid{.extent = {8, 4}, .sides = {1.0, 2.0}};
   EXPECT_TRUE(has(diagnose(scene), "resampled"));
 }
 

@@ -88,10 +88,10 @@ inline void write_person(const std::filesystem::path& folder, int side, const Pl
     positions[1][site] = static_cast<float>(y);
   });
   write_scalar(folder / "source.nrrd", source, 1.0, placement);
-  write_scalar(folder / "target.nrrd", target, 1.0);
-  write_scalar(folder / "region.nrrd", region, 1.0);
+  write_scalar(folder / "target.nrrd", target, 1.0, placement);
+  write_scalar(folder / "region.nrrd", region, 1.0, placement);
   write_vector(folder / "positions.nrrd", positions, 1.0);
-  write_labels(folder / "labels.nrrd", labels, 1.0);
+  write_labels(folder / "labels.nrrd", labels, 1.0, placement);
   std::ofstream(folder / "person.toml") << R"([image]
 labels = "labels.nrrd"
 picture = "source.nrrd"

@@ -120,6 +120,7 @@ protected:
       write_scalar(folder_.path() / (name + ".nrrd"), picture, 1.0);
     }
     write_scalar(folder_.path() / "coarse.nrrd", pictures["noise"], 2.0);
+    write_scalar(folder_.path() / "elsewhere.nrrd", pictures["noise"], 1.0, {.origin = {500.0, 0.0, 0.0}});
     write({{"volume.nrrd", "NRRD0004\ntype: uchar\ndimension: 3\nsizes: 64 64 2\nencoding: raw\n\n" +
                                std::string(std::size_t{2} * side * side, 'x')}});
   }

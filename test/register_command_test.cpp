@@ -72,8 +72,8 @@ TEST_F(RegisterCommand, WhatCannotBeRegisteredIsSaid) {
     noise.values[site] = static_cast<float>(100.0 * random.uniform());
     noisy.values[site] += static_cast<float>(5.0 * random());
   }
-  write_scalar(path("noise.nrrd"), noise, 1.0);
-  write_scalar(path("noisy.nrrd"), noisy, 1.0);
+  write_scalar(path("noise.nrrd"), noise, 1.0, placement);
+  write_scalar(path("noisy.nrrd"), noisy, 1.0, placement);
   for (const std::string how : {"", "--iterate"}) {
     for (const auto& [target, status, kind] : {std::tuple{"source.nrrd", 0, "nothing-gained"},
                                                {"noisy.nrrd", 0, "nothing-gained"},

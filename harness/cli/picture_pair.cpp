@@ -10,34 +10,34 @@ namespace fs = std::filesystem;
 
 namespace {
 
-constexpr double same_spacing = 0.01; // of a pixel: rounding in file headers
-
-void require_same(const fs::path& file, Extent extent, double spacing, const Scene& scene) {
+/// It lies where its file says, or else where the scene does. Throws InputError where these are two places,
+/// or where it is not that of `other`, if there is one.
+Image<ScalarField> read_picture(const fs::path& file, const Scene& scene,
+                                const Image<ScalarField>* other = nullptr) {
+  Image<ScalarField> image = read_scalar(file);
+  const auto grid_of = [](Extent extent, double spacing, const Placement& placement, Stated stated) {
+    return FileGrid{extent, {spacing, spacing, spacing}, placement, stated};
+  };
+  const Extent extent = image.pixels.extent;
   if (extent != scene.extent()) {
     throw InputError(fmt::format("{} is {} pixels, the scene {} is {}; crop or resample one of them",
                                  file.string(), extent.text(), scene.name, scene.extent().text()));
   }
-  if (std::abs(spacing - scene.spacing) > same_spacing * scene.spacing) {
-    throw InputError(
-        fmt::format("{} has pixels of {:.4g} mm, the scene {} of {:.4g} mm; resample one of them",
-                    file.string(), spacing, scene.name, scene.spacing));
+  const FileGrid own = grid_of(extent, image.spacing, image.placement, image.grid.stated);
+  std::string difference =
+      difference_between(own, grid_of(extent, scene.spacing, scene.placement, scene.stated),
+                         fmt::format("the scene {}", scene.name));
+  if (difference.empty() && other != nullptr) {
+    difference = difference_between(
+        own, grid_of(extent, other->spacing, other->placement, other->grid.stated), "the source");
   }
-}
-
-/// PNG and JPEG say nothing about millimetres.
-bool has_no_spacing(const fs::path& file) {
-  const std::string extension = file.extension().string();
-  return extension == ".png" || extension == ".jpg" || extension == ".jpeg";
-}
-
-/// It lies where its file says, or else where the scene does.
-Image<ScalarField> read_picture(const fs::path& file, const Scene& scene) {
-  Image<ScalarField> image = read_scalar(file);
-  if (has_no_spacing(file)) {
+  if (!difference.empty()) {
+    throw InputError(fmt::format("{} {}", file.string(), difference));
+  }
+  if (image.grid.stated == Stated::nothing) {
     image.spacing = scene.spacing;
     image.placement = scene.placement;
   }
-  require_same(file, image.pixels.extent, image.spacing, scene);
   return image;
 }
 
@@ -93,9 +93,9 @@ PictureData load_pictures(const Call& call) {
                     data.scene.name));
   }
   Image<ScalarField> before = read_picture(call[source_file], data.scene);
-  data.source = std::move(before.pixels);
+  data.target = read_picture(call[target_file], data.scene, &before).pixels;
+  data.source = before.pixels;
   data.placement = before.placement;
-  data.target = read_picture(call[target_file], data.scene).pixels;
   require_pair(data.source, data.target);
   require_overlap(data.source, data.target);
   const auto [low_source, high_source] = std::ranges::minmax(data.source.values);
@@ -108,7 +108,7 @@ PictureData load_pictures(const Call& call) {
     }
   }
   if (!call[region_file].empty()) {
-    data.region = read_picture(call[region_file], data.scene).pixels;
+    data.region = read_picture(call[region_file], data.scene, &before).pixels;
     std::size_t inside = 0;
     for (std::size_t site = 0; site < data.region.values.size(); ++site) {
       const float value = data.region.values[site];

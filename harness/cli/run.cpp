@@ -299,6 +299,20 @@ void write_files(const std::filesystem::path& folder, const std::vector<std::str
   }
 }
 
+/// Prints what became of the pixels of the images of targets, and puts it into the row of the run; nothing of
+/// a scene without such.
+void report_observations(const Scene& scene, json& row) {
+  if (const auto& observed = scene.observed) {
+    row["observations"] = {{"given", observed->given},
+                           {"acting", observed->acting},
+                           {"exact", observed->exact},
+                           {"farthest_px", observed->farthest}};
+    fmt::print("  {} pixels with a target: {} act, {} are certain{}\n", observed->given, observed->acting,
+               observed->exact,
+               observed->exact > 0 ? fmt::format(" and met to {:.2g} px", observed->farthest) : "");
+  }
+}
+
 int run_scene(Call& call) {
   require_meaning(call);
   Ranks* const ranks = call.ranks;
@@ -382,7 +396,10 @@ int run_scene(Call& call) {
                  table_text(row["plan"]["steps"],
                             "size|action:step|moved:moved px|expected_error:error px|seconds|reason:why"));
     }
-    fmt::print("  {}; {:.3g} sweeps over the full resolution in all\n", plan->outcome,
+    fmt::print("  {}{}; {:.3g} sweeps over the full resolution in all\n", plan->outcome,
+               scene.oblong && !has_equal_sides(*scene.oblong)
+                   ? fmt::format(" on the resampled {}", is_volume ? "cubes" : "squares")
+                   : "",
                fine_sweep_equivalents(*plan));
   } else {
     print_levels(solution, inspected && !scene.energy->is_of_cells());
@@ -398,6 +415,7 @@ int run_scene(Call& call) {
   if (solution.estimated_error && !plan) {
     fmt::print("  estimated distance from finite elements {:.2g} {}\n", *solution.estimated_error, unit);
   }
+  report_observations(scene, row);
   if (!absurd.empty()) {
     fmt::print(
         "  NO RESULT: {}; look for extreme moduli, targets or a huge --penalty, or take another --method\n",

@@ -1,7 +1,10 @@
+#include "harness/scene/carried_conditions.hpp"
 #include "harness/scene/scene_content.hpp"
 
 #include "harness/scene/sites.hpp"
 #include "kernels/data/elastic/springs.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <array>
@@ -93,8 +96,8 @@ void set(const Condition& condition, std::size_t site, const Components& displac
   }
 }
 
-/// On one side, or away from the image centre by `outward` pixels.
-void apply_on_border(const Condition& condition, Level& level) {
+/// On one side, or away from the image centre by `outward` pixels. `step`: from a site to the next, pixels.
+void apply_on_border(const Condition& condition, const std::array<double, 3>& step, Level& level) {
   const Extent extent = level.extent;
   const std::array<int, 3> sides = extent.sides();
   const auto apply = [&](int x, int y, int z) {
@@ -103,7 +106,7 @@ void apply_on_border(const Condition& condition, Level& level) {
       const std::array<int, 3> place{x, y, z};
       double distance = 0.0;
       for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-        displacement[axis] = place[axis] - 0.5 * (sides[axis] - 1);
+        displacement[axis] = step[axis] * (place[axis] - 0.5 * (sides[axis] - 1));
         distance = std::hypot(distance, *displacement[axis]);
       }
       const double scale = distance > 0.0 ? *condition.outward / distance : 0.0;
@@ -212,20 +215,70 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
   });
 }
 
+void apply(TomlReader& scene, const Condition& condition, const LabelField& labels,
+           const std::array<double, 3>& step, Level& level) {
+  if (condition.where == Where::outside) {
+    apply_outside(scene, condition, labels, level);
+  } else if (condition.where == Where::labels) {
+    apply_on_labels(condition, labels, level);
+  } else {
+    apply_on_border(condition, step, level);
+  }
+}
+
+/// Whether it measures distances along all axes, which only squares and cubes have alike.
+bool is_metric(const Condition& condition) {
+  return condition.where == Where::outside && (condition.outward || condition.closing > 0.0);
+}
+
+/// Of the file's pixels: no site is nearer to a pixel's centre than half a site, which is inside.
+LabelField labels_of_pixels(const Content& content, const PixelPositions& at) {
+  LabelField labels{content.oblong->extent, {}};
+  const Extent sites = content.labels.extent;
+  const auto nearest = [&](std::size_t axis, int pixel, int count) {
+    return static_cast<int>(std::clamp(std::round(at.of(axis, pixel)), 0.0, count - 1.0));
+  };
+  for_each_site(labels.extent, [&](int x, int y, int z) {
+    labels.values.push_back(content.labels.values[sites.index(
+        nearest(0, x, sites.width), nearest(1, y, sites.height), nearest(2, z, sites.depth))]);
+  });
+  return labels;
+}
+
 } // namespace
 
-void apply_conditions(TomlReader& scene, const LabelField& labels, bool may_be_springs, double spacing,
-                      Level& level) {
-  for (TomlReader& table : scene.tables("condition")) {
-    const Condition condition = read_condition(table, may_be_springs, spacing, level.extent);
-    if (condition.where == Where::outside) {
-      apply_outside(scene, condition, labels, level);
-    } else if (condition.where == Where::labels) {
-      apply_on_labels(condition, labels, level);
-    } else {
-      apply_on_border(condition, level);
-    }
+std::vector<std::string> apply_conditions(TomlReader& scene, const Content& content, bool may_be_springs,
+                                          Level& level) {
+  const bool is_oblong = content.oblong && !has_equal_sides(*content.oblong);
+  const PixelPositions at =
+      is_oblong ? positions_of(*content.oblong, content.spacing, content.placement) : PixelPositions{};
+  LabelField of_file;
+  if (is_oblong) {
+    of_file = labels_of_pixels(content, at);
   }
+  std::vector<std::string> idle;
+  int number = 0;
+  for (TomlReader& table : scene.tables("condition")) {
+    const Condition condition = read_condition(table, may_be_springs, content.spacing, level.extent);
+    ++number;
+    for (const float label : condition.labels) {
+      if (std::ranges::find(content.labels.values, static_cast<int>(label)) == content.labels.values.end()) {
+        idle.push_back(fmt::format("[[condition]] {} on label {}, which no pixel has", number, label));
+      }
+    }
+    if (!is_oblong || is_metric(condition)) {
+      apply(scene, condition, content.labels, {1.0, 1.0, 1.0}, level);
+      continue;
+    }
+    Level file{.extent = content.oblong->extent, .target = VectorField(content.oblong->extent)};
+    file.confidence = file.target;
+    for (std::vector<float>& component : file.confidence.planes) {
+      std::ranges::fill(component, -1.0F); // nothing is said
+    }
+    apply(scene, condition, of_file, at.step, file);
+    (void)carry_conditions({std::move(file.target), std::move(file.confidence), at}, may_be_springs, level);
+  }
+  return idle;
 }
 
 } // namespace hdmbench

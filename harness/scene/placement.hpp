@@ -1,7 +1,5 @@
 #pragma once
 
-#include "kernels/data/field.hpp"
-
 #include <array>
 #include <cstddef>
 
@@ -40,13 +38,6 @@ struct Placement {
   }
 
   friend bool operator==(const Placement&, const Placement&) = default;
-};
-
-/// The pixels of a file that are not square, or its voxels that are no cubes.
-struct OblongGrid {
-  Extent extent{};
-  std::array<double, 3> sides{}; ///< of a pixel, millimetres; of an image the third is not looked at
-  Placement placement{};
 };
 
 } // namespace hdmbench

@@ -13,6 +13,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace hdmbench {
@@ -163,19 +164,21 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
     full.modulus = ScalarField(full.extent);
     content = read_random_content(random, full, scene.start.emplace(full.extent));
   }
-  read_vector_images(image, file.folder, size, scene);
+  read_vector_images(image, file.folder, size, content, scene);
   image.finish();
-  scene.spacing = content.spacing;
   if (!reader.has("image")) { // an image has seen it
-    reader.read("spacing", scene.spacing);
+    reader.read("spacing", content.spacing);
   }
-  apply_conditions(reader, content.labels, scene.energy->is_of_cells(), scene.spacing, full);
+  scene.spacing = content.spacing;
+  scene.idle = apply_conditions(reader, content, scene.energy->is_of_cells(), full);
+  std::ranges::move(content.idle, std::back_inserter(scene.idle));
   if (content.segmented && is_inspected(full.extent)) {
     scene.labels = std::move(content.labels);
   }
   content.labels = {}; // before there is more
   scene.placement = content.placement;
   scene.oblong = content.oblong;
+  scene.stated = content.grid.stated;
   reader.read("poisson", scene.elastic.poisson);
   if (scene.extent().axes() == 3) {
     reader.read("integration", integration_names, scene.elastic.integration);

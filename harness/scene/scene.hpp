@@ -1,5 +1,7 @@
 #pragma once
 
+#include "harness/scene/carried_conditions.hpp"
+#include "harness/scene/file_grid.hpp"
 #include "harness/scene/placement.hpp"
 #include "harness/scene/sites.hpp"
 #include "kernels/data/modulus.hpp"
@@ -93,7 +95,10 @@ struct Scene {
   LabelField labels;     ///< the segmentation the moduli come from; empty where there was none, likewise
   double spacing = 1.0;  ///< millimetres per pixel
   Placement placement{}; ///< of the pixels in the patient
-  std::optional<OblongGrid> oblong{}; ///< its file's own pixels, where they were not square and are resampled
+  std::optional<FileGrid> oblong{};            ///< its file's own pixels, where their sides are not the same
+  Stated stated = Stated::sides;               ///< what its files say of spacing and placement
+  std::optional<CarriedConditions> observed{}; ///< the pixels of its images of targets; none: it has no such
+  std::vector<std::string> idle{};             ///< what of its file has no effect, and why
   const RegisteredEnergy* energy = &usual_energy(); ///< that the displacement minimises; never null
   const RegisteredEnergy* stated_energy = nullptr;  ///< that the scene file names itself; null: none
   ElasticModel elastic{}; ///< for finite elements and the elastic energy; HDM has no such thing

@@ -3,7 +3,6 @@
 #include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
-#include "kernels/data/elastic/springs.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,8 +11,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <map>
 #include <random>
+#include <set>
 #include <utility>
 
 namespace hdmbench {
@@ -46,6 +47,19 @@ std::map<int, Tissue> read_tissues(TomlReader& scene, bool shown) {
   return tissues;
 }
 
+/// "0, 2, 3 (120 pixels)": the labels without a tissue; empty where each has one.
+std::string labels_without(const std::map<int, Tissue>& tissues, const LabelField& labels) {
+  std::set<int> missing;
+  const auto pixels = std::ranges::count_if(labels.values, [&](int label) {
+    const bool is_missing = !tissues.contains(label);
+    if (is_missing) {
+      missing.insert(label);
+    }
+    return is_missing;
+  });
+  return missing.empty() ? "" : fmt::format("{} ({} pixels)", fmt::join(missing, ", "), pixels);
+}
+
 void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Content& content,
                     bool needs_picture) {
   const Extent extent = content.labels.extent;
@@ -55,19 +69,27 @@ void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Con
   if (needs_picture) {
     content.picture = ScalarField(extent);
   }
+  std::set<int> idle;
+  std::ranges::transform(tissues, std::inserter(idle, idle.end()), &std::pair<const int, Tissue>::first);
   auto tissue = tissues.end();
   for (std::size_t i = 0; i < content.labels.values.size(); ++i) {
     const int label = content.labels.values[i];
     if (tissue == tissues.end() || tissue->first != label) {
       tissue = tissues.find(label);
+      idle.erase(label);
     }
     if (tissue == tissues.end()) {
-      scene.fail("tissue", fmt::format("none has the label {} of the pixel {}", label, extent.place(i)));
+      scene.fail("tissue",
+                 fmt::format("none has the label {} of the pixel {}: the labels {} have no [[tissue]]", label,
+                             extent.place(i), labels_without(tissues, content.labels)));
     }
     content.modulus.values[i] = tissue->second.modulus;
     if (needs_picture) {
       content.picture.values[i] = tissue->second.gray;
     }
+  }
+  for (const int label : idle) {
+    content.idle.push_back(fmt::format("the [[tissue]] of label {}, which no pixel has", label));
   }
 }
 
@@ -98,12 +120,6 @@ void require_filled(const TomlReader& image, std::string_view key, bool is_padde
     image.fail(key, fmt::format("does not fill {} pixels, which have another aspect, and beside the image 0 "
                                 "means nothing; give a size with the image's own aspect",
                                 size.text()));
-  }
-}
-
-void require_extent(const TomlReader& table, std::string_view key, Extent found, Extent wanted) {
-  if (found != wanted) {
-    table.fail(key, fmt::format("is {}, the scene is {}", found.text(), wanted.text()));
   }
 }
 
@@ -181,6 +197,13 @@ std::vector<float> read_list(TomlReader& table, std::string_view key) {
 
 } // namespace
 
+void require_same_grid(const TomlReader& table, std::string_view key, const FileGrid& grid,
+                       const FileGrid& of_scene) {
+  if (const std::string difference = difference_between(grid, of_scene, "the scene"); !difference.empty()) {
+    table.fail(key, difference);
+  }
+}
+
 void require_possible_displacement(const TomlReader& table, std::string_view key, double displacement) {
   constexpr double largest = 1e9;
   if (std::isfinite(displacement) && std::abs(displacement) > largest) {
@@ -199,6 +222,13 @@ SceneText text_of(const std::string& scene) {
     throw MissingFile(fmt::format("there is no scene and no file \"{}\"; the shipped scenes are {}, {}",
                                   scene, fmt::join(shipped_scenes(), ", "),
                                   fmt::join(shipped_volumes, ", ")));
+  }
+  constexpr std::array images{".nii", ".gz",  ".nrrd", ".nhdr", ".mha", ".mhd", ".hdr",
+                              ".img", ".png", ".jpg",  ".jpeg", ".tif", ".tiff"};
+  if (std::ranges::find(images, path.extension()) != images.end()) {
+    throw InputError(fmt::format("{}: this is an image by its name; a scene is a TOML file, which names it: "
+                                 "[image] labels = \"{}\", and a [[tissue]] for each label",
+                                 scene, path.filename().string()));
   }
   return {path.stem().string(), scene, path.parent_path(), read_file(path)};
 }
@@ -232,11 +262,13 @@ Content read_image_content(TomlReader& image, TomlReader& scene, const std::file
   Content content;
   ReadOptions options{.size = size, .takes_volumes = true};
   scene.read("spacing", options.spacing);
+  content.stated_spacing = options.spacing;
   image.read("slice", options.slice);
   const auto file = [&](std::string_view key) { return folder / image.get<std::string>(key); };
   const auto take_place = [&](const auto& found) {
     content.spacing = found.spacing;
     content.placement = found.placement;
+    content.grid = found.grid;
     content.oblong = found.oblong;
   };
   if (image.has("labels") == image.has("modulus")) {
@@ -258,8 +290,9 @@ Content read_image_content(TomlReader& image, TomlReader& scene, const std::file
     show_moduli(content.modulus, content);
   }
   if (image.has("picture")) {
-    content.picture = read_scalar(file("picture"), options).pixels;
-    require_extent(image, "picture", content.picture.extent, content.modulus.extent);
+    auto picture = read_scalar(file("picture"), options);
+    require_same_grid(image, "picture", picture.grid, content.grid);
+    content.picture = std::move(picture.pixels);
     std::optional<Pair> range;
     image.read("picture_range", range);
     if (range && !((*range)[0] < (*range)[1])) {
@@ -283,6 +316,7 @@ Content read_brain_content(TomlReader& brain, TomlReader& scene, const std::file
                     .picture = std::move(found.picture),
                     .spacing = found.spacing,
                     .placement = found.placement,
+                    .grid = {.stated = Stated::place},
                     .oblong = found.oblong};
     assign_tissues(scene, tissues, content, false);
     return content;
@@ -390,47 +424,6 @@ Content read_random_content(TomlReader& table, Level& level, VectorField& start)
   Content content;
   show_moduli(level.modulus, content);
   return content;
-}
-
-void read_vector_images(TomlReader& image, const std::filesystem::path& folder, std::optional<Extent> size,
-                        Scene& scene) {
-  Level& full = scene.full;
-  const auto read = [&](std::string_view key, VectorField& into, const auto& check) {
-    if (!image.has(key)) {
-      return;
-    }
-    Image<VectorField> found =
-        read_vector(folder / image.get<std::string>(key), {.size = size, .takes_volumes = true});
-    require_filled(image, key, found.padded && key == "deviation", found.pixels.extent); // 0 would be certain
-    into = std::move(found.pixels);
-    require_extent(image, key, into.extent, full.extent);
-    for (std::vector<float>& plane : into.planes) {
-      std::ranges::for_each(plane, check);
-    }
-  };
-  image.refuse_unless(scene.energy->is_of_cells(), "deviation");
-  image.refuse_unless(!scene.energy->is_of_cells(), "start");
-  if (image.has("target") != (image.has("confidence") || image.has("deviation"))) {
-    image.fail("target", "and confidence (or deviation): give both images or none");
-  }
-  if (image.has("confidence") && image.has("deviation")) {
-    image.fail("deviation", "cannot stand beside confidence");
-  }
-  const auto possible = [&](std::string_view key) {
-    return
-        [&image, key](float value) { require_possible_displacement(image, key, static_cast<double>(value)); };
-  };
-  read("target", full.target, possible("target"));
-  read("confidence", full.confidence, [](float /*value*/) {});
-  read("deviation", full.confidence, [&](float& value) {
-    if (value < 0.0F || std::isnan(value)) {
-      image.fail("deviation", "has a value below 0 (pixels)");
-    }
-    value = confidence_of_deviation(static_cast<double>(value)); // 0 of an infinite one
-  });
-  if (image.has("start")) {
-    read("start", scene.start.emplace(), possible("start"));
-  }
 }
 
 } // namespace hdmbench

@@ -20,8 +20,11 @@ struct Content {
   ScalarField picture;
   double spacing = 1.0;
   Placement placement{};
-  std::optional<OblongGrid> oblong{}; ///< as of Image
-  bool segmented = false;             ///< labels says which tissue, not the same everywhere for want of one
+  FileGrid grid{.stated = Stated::sides}; ///< of an image, as of Image; else only `stated`
+  std::optional<FileGrid> oblong{};       ///< as of Image
+  std::optional<double> stated_spacing{}; ///< of the scene file, for its other images
+  bool segmented = false;          ///< labels says which tissue, not the same everywhere for want of one
+  std::vector<std::string> idle{}; ///< as of Scene
 };
 
 /// A scene file that is shipped or on the disk.
@@ -33,6 +36,10 @@ struct SceneText {
 };
 /// `scene` as load_scene takes it. Throws MissingFile, and InputError where the file cannot be read.
 [[nodiscard]] SceneText text_of(const std::string& scene);
+
+/// Fails where the pixels of the image that `key` names are not those of the scene's file.
+void require_same_grid(const TomlReader& table, std::string_view key, const FileGrid& grid,
+                       const FileGrid& of_scene);
 
 /// Fails where `key` has a displacement of so many pixels that it must be a mistake: beyond what an image can
 /// have, of a size whose square leaves a 32-bit float soon. One that is not finite is found later.
@@ -58,15 +65,17 @@ void require_possible_displacement(const TomlReader& table, std::string_view key
 [[nodiscard]] Content read_random_content(TomlReader& table, Level& level, VectorField& start);
 
 /// Images of target displacement (pixels) and confidence, before the built-in conditions, and of the
-/// displacement to begin with.
+/// displacement to begin with, on the pixels of the file that `content` was made of; from there they are
+/// carried to the sites.
 void read_vector_images(TomlReader& image, const std::filesystem::path& folder, std::optional<Extent> size,
-                        Scene& scene);
+                        const Content& content, Scene& scene);
 
 /// Applies the [[condition]] tables of a scene to level.target and level.confidence in order, later ones over
-/// earlier ones. Displacements are pixels at every size, or millimetres, of which `spacing` make a pixel.
-/// `labels` tells where "outside" (label 0) is. Only conditions that may be springs know a deviation
-/// (RegisteredEnergy::is_of_cells).
-void apply_conditions(TomlReader& scene, const LabelField& labels, bool may_be_springs, double spacing,
-                      Level& level);
+/// earlier ones. Displacements are pixels at every size, or millimetres, of which content.spacing make a
+/// pixel. Where the file's pixels are oblong, the conditions are on these, and carried to the sites. Its
+/// labels tell where "outside" (label 0) is. Only conditions that may be springs know a deviation
+/// (RegisteredEnergy::is_of_cells). Returns, as of Scene::idle, what has no effect.
+[[nodiscard]] std::vector<std::string> apply_conditions(TomlReader& scene, const Content& content,
+                                                        bool may_be_springs, Level& level);
 
 } // namespace hdmbench

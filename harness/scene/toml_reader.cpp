@@ -40,6 +40,11 @@ bool is_side(double value) {
   return value >= 1.0 && value <= 1e6 && value == std::floor(value);
 }
 
+/// As of image files.
+constexpr bool is_pixel_side(double value) {
+  return value >= 1e-6 && value <= 1e6;
+}
+
 bool is_modulus(double value) {
   const auto stored = static_cast<float>(value);
   return value > 0.0 && std::isfinite(stored) && std::isfinite(1.0F / stored);
@@ -54,7 +59,7 @@ const std::array known_keys{
     Key{"", "poisson", {}, [](double value) { return value > -1.0 && value <= 0.5; }, "in (-1, 0.5]"},
     Key{"", "integration", "a sheet does not lock"},
     Key{"", "energy"},
-    Key{"", "spacing", {}, is_positive, "positive (millimetres per pixel)"},
+    Key{"", "spacing", {}, is_pixel_side, "positive, 1e-6 ... 1e6 (millimetres per pixel)"},
     Key{"", "exact"},
     Key{"", "schedule"},
     Key{"", "image"},

@@ -10,6 +10,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <span>
 
 namespace hdmbench {
 
@@ -274,8 +275,11 @@ void check_poisson_ratio(const Scene& scene, Warnings& warnings) {
 
 void check_resampling(const Scene& scene, Warnings& warnings) {
   if (scene.oblong) {
-    warn(warnings, "resampled", std::nullopt, "sides"_a = sides_text(*scene.oblong),
-         "extent"_a = scene.extent().text(), "side"_a = scene.spacing,
+    const auto [least, most] =
+        std::ranges::minmax(std::span(scene.oblong->sides).first(scene.extent().axes()));
+    warn(warnings, has_equal_sides(*scene.oblong) ? "nearly-square" : "resampled", std::nullopt,
+         "sides"_a = sides_text(*scene.oblong), "extent"_a = scene.extent().text(), "side"_a = scene.spacing,
+         "percent"_a = 100.0 * (most / least - 1.0),
          "shape"_a = scene.extent().axes() == 3 ? "cubes" : "squares");
   }
 }
@@ -285,6 +289,9 @@ void check_resampling(const Scene& scene, Warnings& warnings) {
 Warnings diagnose(const Scene& scene) {
   Warnings warnings;
   check_resampling(scene, warnings);
+  for (const std::string& what : scene.idle) {
+    warn(warnings, "idle", std::nullopt, "what"_a = what);
+  }
   if (scene.energy->is_of_cells()) { // the rest is about sweeps and levels of energies of sites
     check_conflicts(scene, warnings);
     check_elastic_cycles(scene, warnings);

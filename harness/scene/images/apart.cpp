@@ -72,21 +72,39 @@ rlim_t processor_seconds(const std::filesystem::path& file) {
   std::_Exit(std::ferror(output) == 0 && std::fclose(output) == 0 ? status : has_no_room);
 }
 
-/// What libraries printed about the file, the beginning of it, as one line of printable characters. libtiff
-/// also warns of what other programs may write into a file.
-std::string complaint_of(const std::string& text) {
+/// What libraries printed about a file.
+struct Printed {
+  std::string complaint;            ///< the beginning of it, as one line of printable characters
+  std::vector<std::string> remarks; ///< what is no reason to doubt its pixels
+};
+
+/// A warning of libpng about what is beside the pixels: colour profiles, times.
+bool is_harmless(const std::string& line) {
+  return line.starts_with("libpng warning: ") && line.find("IDAT") == std::string::npos &&
+         line.find("image data") == std::string::npos && line.find("compressed") == std::string::npos;
+}
+
+/// libtiff also warns of what other programs may write into a file.
+Printed printed_in(const std::string& text) {
   constexpr std::size_t most = 200;
-  std::string all;
+  Printed printed;
   std::istringstream stream(text);
   for (std::string line; std::getline(stream, line);) {
+    std::ranges::replace_if(
+        line, [](char c) { return (c < ' ' || c > '~') && c != '\t'; }, '?');
+    if (line.starts_with(images::remark_begin) || is_harmless(line)) {
+      if (std::ranges::find(printed.remarks, line) == printed.remarks.end()) {
+        printed.remarks.push_back(line);
+      }
+      continue;
+    }
     std::istringstream words(line.find(": Warning, ") == std::string::npos ? line : "");
     for (std::string word; words >> word;) {
-      all += (all.empty() ? "" : " ") + word;
+      printed.complaint += (printed.complaint.empty() ? "" : " ") + word;
     }
   }
-  std::ranges::replace_if(
-      all, [](char c) { return c < ' ' || c > '~'; }, '?');
-  return all.substr(0, most);
+  printed.complaint = printed.complaint.substr(0, most);
+  return printed;
 }
 
 Pixels read_apart(const std::filesystem::path& file) {
@@ -110,7 +128,7 @@ Pixels read_apart(const std::filesystem::path& file) {
                   : fmt::format("files of {} bytes are allowed (ulimit -f), and its pixels need a larger one",
                                 allowed.rlim_cur));
   }
-  const std::string complaint = complaint_of(file_text(errors.path()));
+  const auto [complaint, remarks] = printed_in(file_text(errors.path()));
   if (end.exit_status == has_refused) {
     throw InputError(file_text(output.path()) + (complaint.empty() ? "" : ": " + complaint));
   }
@@ -121,6 +139,10 @@ Pixels read_apart(const std::filesystem::path& file) {
     pixels.values.resize(pixels.geometry.values());
     stream.read(reinterpret_cast<char*>(pixels.values.data()),
                 static_cast<std::streamsize>(pixels.values.size() * sizeof(float)));
+    for (const std::string& remark : remarks) {
+      fmt::print(stderr, "{}{}\n", remark,
+                 remark.starts_with(images::remark_begin) ? "" : " (" + file.string() + ")");
+    }
     return pixels;
   }
   const std::string happened =

@@ -210,8 +210,9 @@ BrainSlice read_head(const std::filesystem::path& brain, const std::filesystem::
   try {
     const Image<ScalarField> inner = read_scalar(brain, {.takes_volumes = true});
     const Image<ScalarField> outer = read_scalar(head, {.takes_volumes = true});
-    if (inner.pixels.extent != outer.pixels.extent || inner.placement != outer.placement) {
-      throw unusable(brain, fmt::format("it is not on the grid of {}", head.string()));
+    if (const std::string difference = difference_between(inner.grid, outer.grid, head.string());
+        !difference.empty()) {
+      throw unusable(brain, fmt::format("it {}", difference));
     }
     if (inner.pixels.extent.axes() != 3) {
       throw unusable(brain, "it is no volume");

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "harness/scene/file_grid.hpp"
 #include "harness/scene/placement.hpp"
 #include "harness/scene/sites.hpp"
 #include "kernels/data/field.hpp"
@@ -31,15 +32,16 @@ namespace hdmbench {
 void read_images_apart(int argc, const char* const* argv);
 
 /// An image or a volume, the side of its pixels or voxels in millimetres (1 where the file says nothing) and
-/// where it lies. Where a file's pixels are not square, or its voxels no cubes, it is resampled to squares or
-/// cubes of their shortest side.
+/// where it lies. Where a file's pixels are not square, or its voxels no cubes (has_equal_sides), it is
+/// resampled to squares or cubes of their shortest side.
 template <typename Pixels>
 struct Image {
   Pixels pixels;
   double spacing = 1.0;
   Placement placement{};
-  bool padded = false;                ///< `size` has another aspect: pixels beside the file's image are 0
-  std::optional<OblongGrid> oblong{}; ///< the file's own pixels, where they are not square
+  bool padded = false;              ///< `size` has another aspect: pixels beside the file's image are 0
+  FileGrid grid{};                  ///< the file's own pixels, those of its slice
+  std::optional<FileGrid> oblong{}; ///< the same where their sides differ, by however little
 };
 
 /// `slice` picks the slice of a 3-D image along its third axis and is required there unless it has one slice,
@@ -52,6 +54,7 @@ struct ReadOptions {
   std::optional<Extent> size{};
   std::optional<double> spacing{};
   bool takes_volumes = false;
+  bool as_stored = false; ///< on the file's own pixels, square or not: no `size` beside it
 };
 /// InputError where a pixel is not an integer.
 [[nodiscard]] Image<LabelField> read_labels(const std::filesystem::path& file,
@@ -69,7 +72,7 @@ struct ReadOptions {
                                                    bool takes_volumes = false);
 
 /// Returns "1 mm x 1 mm x 2.5 mm".
-[[nodiscard]] inline std::string sides_text(const OblongGrid& grid) {
+[[nodiscard]] inline std::string sides_text(const FileGrid& grid) {
   return fmt::format("{:g} mm", fmt::join(std::span(grid.sides).first(grid.extent.axes()), " mm x "));
 }
 
@@ -87,7 +90,7 @@ struct BrainSlice {
   LabelField tissue; ///< 0 outside the brain, then 1 ... classes by rising brightness; one part without holes
   double spacing = 1.0;
   Placement placement;
-  std::optional<OblongGrid> oblong{}; ///< as of Image
+  std::optional<FileGrid> oblong{}; ///< as of Image
 };
 /// A 3-D image whose background is 0, turned as its header says. No `slice`: the one that shows most of the
 /// brain. The grid has `size` pixels with the brain centred and at
@@ -109,7 +112,7 @@ struct BrainSlice {
 /// header of the first two carries the direction of the mapping and the unit as key/values; that of NIfTI has
 /// floats for the place. Written beside the target and renamed, so that no half-written file is left.
 void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing,
-                        const Placement& placement = {}, const std::optional<OblongGrid>& grid = {});
+                        const Placement& placement = {}, const std::optional<FileGrid>& grid = {});
 
 /// The values as they are, float or 16-bit integer, as a W x H x D image of pixels with sides of `spacing`
 /// millimetres, in the same formats. read_scalar, read_vector and read_labels give them back to

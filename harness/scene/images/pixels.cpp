@@ -11,7 +11,6 @@
 #include <itkPNGImageIO.h>
 #include <itkTIFFImageIO.h>
 #include <itkVectorImage.h>
-#include <nifti1_io.h>
 #include <sys/resource.h>
 #include <zlib.h>
 
@@ -28,9 +27,9 @@ InputError damaged(const std::filesystem::path& file, std::string_view how) {
   return unreadable(file, fmt::format("it is damaged or cut short: {}", how));
 }
 
-/// Whether a NRRD header says that the pixels are in other files. Throws InputError where this header or that
-/// of a MetaImage names a pipe: opening it would wait for someone who writes to it.
-bool has_pixels_apart(const std::filesystem::path& file) {
+/// Throws InputError where the header of a NRRD or MetaImage file names a pipe with its pixels: opening it
+/// would wait for someone who writes to it.
+void require_no_pipe(const std::filesystem::path& file) {
   std::string header(1U << 13U, '\0');
   std::ifstream(file, std::ios::binary).read(header.data(), static_cast<std::streamsize>(header.size()));
   std::istringstream words(header);
@@ -40,10 +39,10 @@ bool has_pixels_apart(const std::filesystem::path& file) {
       throw unreadable(file, fmt::format("{} with its pixels is a pipe", word));
     }
   }
-  return header.find("\ndata file:") != std::string::npos || header.find("\ndatafile:") != std::string::npos;
 }
 
-/// How many bytes a zlib or gzip stream gives; 0 where it is damaged or ends too early.
+/// How many bytes a zlib stream gives, or one of gzip with all its members; 0 where one is damaged or ends
+/// too early.
 std::uintmax_t inflated_length(std::istream& compressed) {
   z_stream zlib{};
   constexpr int any_header = 32 + MAX_WBITS;
@@ -61,13 +60,22 @@ std::uintmax_t inflated_length(std::istream& compressed) {
     zlib.avail_out = static_cast<uInt>(out.size());
     status = inflate(&zlib, Z_NO_FLUSH); // Z_BUF_ERROR once the stream has run dry
     length += out.size() - zlib.avail_out;
+    if (status == Z_STREAM_END && zlib.avail_in == 0 && compressed.peek() != EOF) {
+      compressed.read(in.data(), static_cast<std::streamsize>(in.size()));
+      zlib.next_in = reinterpret_cast<Bytef*>(in.data());
+      zlib.avail_in = static_cast<uInt>(compressed.gcount());
+    }
+    constexpr Bytef begin_of_member = 0x1f; // what else follows is not looked at, by nobody
+    if (status == Z_STREAM_END && zlib.avail_in > 0 && *zlib.next_in == begin_of_member) {
+      status = inflateReset(&zlib);
+    }
   }
   inflateEnd(&zlib);
   return status == Z_STREAM_END ? length : 0;
 }
 
-/// For the readers that do not look: NIfTI's for the checksum of a compressed file, and JPEG's, which makes
-/// grey pixels of those that are missing, for the mark at the end.
+/// For the readers that do not look: that of NIfTI for the checksum of a compressed file, and JPEG's, which
+/// makes grey pixels of those that are missing, for the mark at the end.
 void require_whole(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
   const int first = stream.get();
@@ -118,22 +126,45 @@ void require_whole_meta_image(const std::filesystem::path& file, itk::MetaImageI
   }
 }
 
+/// The same of a NRRD file whose pixels stand in it.
+void require_whole_nrrd(const std::filesystem::path& file, const NrrdFields& fields,
+                        const itk::ImageIOBase& format) {
+  const auto encoding = fields.find("encoding");
+  if (encoding == fields.end() ||
+      !(encoding->second.starts_with("gz") || encoding->second.starts_with("GZ")) ||
+      fields.contains("line skip") || fields.contains("byte skip")) {
+    return;
+  }
+  std::ifstream data(file, std::ios::binary);
+  for (std::string line; std::getline(data, line) && !line.empty() && line != "\r";) {
+  }
+  if (inflated_length(data) < static_cast<std::uintmax_t>(format.GetImageSizeInBytes())) {
+    throw damaged(file, "its compressed bytes cannot be decoded, or are too few");
+  }
+}
+
 /// Chosen by hand, not by ITK's factories: those are global state, and load what an environment variable
 /// names.
 itk::ImageIOBase::Pointer recognise(const std::filesystem::path& file) {
-  const std::array<itk::ImageIOBase::Pointer, 6> formats{
-      itk::NrrdImageIO::New().GetPointer(),  itk::MetaImageIO::New().GetPointer(),
-      itk::NiftiImageIO::New().GetPointer(), itk::PNGImageIO::New().GetPointer(),
-      itk::JPEGImageIO::New().GetPointer(),  itk::TIFFImageIO::New().GetPointer()};
+  const std::array<itk::ImageIOBase::Pointer, 5> formats{
+      itk::NrrdImageIO::New().GetPointer(), itk::MetaImageIO::New().GetPointer(),
+      itk::PNGImageIO::New().GetPointer(), itk::JPEGImageIO::New().GetPointer(),
+      itk::TIFFImageIO::New().GetPointer()};
   const auto* const found = std::ranges::find_if(
       formats, [&](const itk::ImageIOBase::Pointer& format) { return format->CanReadFile(file.c_str()); });
   if (found == formats.end()) {
     throw unreadable(
         file, "its content or its name is not that of a NRRD, MetaImage, NIfTI, PNG, JPEG or TIFF image");
   }
-  (*found)->SetFileName(file.string());
-  (*found)->ReadImageInformation();
   return *found;
+}
+
+void require_reasonable_number(const std::filesystem::path& file, double values) {
+  constexpr double most_values = 1 << 30; // 4 GiB as float
+  if (!(values >= 1.0 && values <= most_values)) {
+    throw unreadable(file,
+                     fmt::format("its header promises {} values, 1 to {} can be read", values, most_values));
+  }
 }
 
 /// ImageFileReader would drop the axes past the third without a word.
@@ -147,11 +178,7 @@ void require_reasonable(const std::filesystem::path& file, const itk::ImageIOBas
     }
     values *= static_cast<double>(size);
   }
-  constexpr double most_values = 1 << 30; // 4 GiB as float
-  if (!(values >= 1.0 && values <= most_values)) {
-    throw unreadable(file,
-                     fmt::format("its header promises {} values, 1 to {} can be read", values, most_values));
-  }
+  require_reasonable_number(file, values);
   // More than any of their compressions makes of nothing but zeros. ITK would fill the memory first.
   constexpr double most_values_per_byte = 50000.0;
   const auto bytes = std::filesystem::file_size(file);
@@ -236,21 +263,56 @@ std::string own_words(const itk::ExceptionObject& error) {
   return words;
 }
 
+void require_reasonable_number(const std::filesystem::path& file, const Geometry& geometry) {
+  double values = static_cast<double>(geometry.components);
+  for (const int size : geometry.size) {
+    values *= size;
+  }
+  require_reasonable_number(file, values);
+}
+
+namespace {
+
+/// Of the formats that ITK reads.
+Pixels read_by_itk(const std::filesystem::path& file) {
+  const auto format = recognise(file);
+  format->SetFileName(file.string());
+  format->ReadImageInformation();
+  const NrrdFields fields = nrrd_fields(file);
+  const bool apart = fields.contains("data file") || fields.contains("datafile");
+  require_reasonable(file, *format, apart);
+  if (dynamic_cast<itk::TIFFImageIO*>(format.GetPointer()) != nullptr) {
+    if (auto integers = read_tiff_integers(file)) {
+      return std::move(*integers);
+    }
+  }
+  auto* const meta = dynamic_cast<itk::MetaImageIO*>(format.GetPointer());
+  const bool is_nrrd = dynamic_cast<itk::NrrdImageIO*>(format.GetPointer()) != nullptr;
+  if (meta != nullptr) {
+    require_whole_meta_image(file, *meta);
+  }
+  if (is_nrrd && !apart) {
+    require_whole_nrrd(file, fields, *format);
+  }
+  const auto reader = itk::ImageFileReader<Image>::New();
+  reader->SetFileName(file.string());
+  reader->SetImageIO(format);
+  reader->Update();
+  Pixels pixels = pixels_of(*reader->GetOutput(), format->GetNumberOfDimensions());
+  pixels.geometry.stated = meta != nullptr ? Stated::place : Stated::nothing;
+  if (is_nrrd) {
+    correct_nrrd_place(file, fields, pixels.geometry);
+  }
+  return pixels;
+}
+
+} // namespace
+
 Pixels read_pixels_here(const std::filesystem::path& file) {
   try {
-    const bool apart = has_pixels_apart(file);
+    require_no_pipe(file);
     require_whole(file);
-    const auto format = recognise(file);
-    require_reasonable(file, *format, apart);
-    if (auto* const meta = dynamic_cast<itk::MetaImageIO*>(format.GetPointer())) {
-      require_whole_meta_image(file, *meta);
-    }
-    nifti_set_debug_level(1); // so that it says which pixels are missing; ITK has silenced it
-    const auto reader = itk::ImageFileReader<Image>::New();
-    reader->SetFileName(file.string());
-    reader->SetImageIO(format);
-    reader->Update();
-    return pixels_of(*reader->GetOutput(), format->GetNumberOfDimensions());
+    return is_nifti(file) ? read_nifti(file) : read_by_itk(file);
   } catch (const itk::ExceptionObject& error) {
     throw unreadable(file, own_words(error));
   } catch (const std::bad_alloc&) {
@@ -294,6 +356,9 @@ void write_pixels(const std::filesystem::path& file, const Geometry& geometry, c
   write_atomically(file, [&](const std::filesystem::path& partial) {
     try {
       std::visit([&](const auto& stored) { write(partial, stored); }, values);
+      if (!keys.empty() && dynamic_cast<itk::NiftiImageIO*>(format.GetPointer()) != nullptr) {
+        mark_as_displacement(partial);
+      }
     } catch (const itk::ExceptionObject& error) {
       throw unwritable(file, own_words(error));
     }

@@ -12,7 +12,11 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <cstdio>
 #include <filesystem>
+#include <functional>
+#include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -33,6 +37,14 @@ namespace hdmbench::images {
   return InputError(fmt::format("cannot write the image {}: {}", file.string(), why));
 }
 
+/// What begins a line on standard error that says how an odd file was read, and is no complaint about it.
+inline constexpr std::string_view remark_begin = "note: ";
+
+/// Says on standard error how a file was read that could be meant otherwise.
+inline void remark(const std::filesystem::path& file, std::string_view how) {
+  fmt::print(stderr, "{}{}: {}\n", remark_begin, file.string(), how);
+}
+
 /// Where the pixels of a file lie. Up to three axes; a missing one has one pixel, as deep as it is wide.
 struct Geometry {
   std::array<int, 3> size{1, 1, 1};
@@ -41,6 +53,7 @@ struct Geometry {
   std::array<Placement::Vector, 3>
       axes{};                 ///< the directions that columns, rows and slices follow each other in
   std::size_t components = 1; ///< values per pixel
+  Stated stated = Stated::place;
 
   [[nodiscard]] std::size_t values() const {
     return static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) *
@@ -59,17 +72,41 @@ struct Pixels {
 [[nodiscard]] Pixels read_pixels(const std::filesystem::path& file);
 
 /// Reads in this process: a damaged file may crash ITK's readers, or make them run for ever. What they would
-/// not notice is noticed here, but for pixels that are missing at the end of a NIfTI or MetaImage file: these
+/// not notice is noticed here, but for pixels that are missing at the end of a MetaImage file: these
 /// they only report on standard error, which is for the process that started this one to judge. Throws
 /// InputError.
 [[nodiscard]] Pixels read_pixels_here(const std::filesystem::path& file);
+
+/// Throws InputError where there are none, or more than can be read.
+void require_reasonable_number(const std::filesystem::path& file, const Geometry& geometry);
+
+/// Whether a file is NIfTI's, by its name and its header. Throws InputError where it is of its forerunner.
+[[nodiscard]] bool is_nifti(const std::filesystem::path& file);
+/// Millimetres, whatever the file's unit. Where sform and qform differ, the sform, with a remark.
+[[nodiscard]] Pixels read_nifti(const std::filesystem::path& file);
+
+/// Makes of the vectors of a NIfTI file that ITK has written displacements: the header says so, and they are
+/// along NIfTI's axes, as other programs expect of such.
+void mark_as_displacement(const std::filesystem::path& file);
+
+/// The header of an NRRD file: fields by name in small letters, as "space directions"; none of another file.
+using NrrdFields = std::map<std::string, std::string, std::less<>>;
+[[nodiscard]] NrrdFields nrrd_fields(const std::filesystem::path& file);
+/// Puts right what ITK makes of the space and the units of an NRRD file. Throws InputError where these do not
+/// say how the patient lies.
+void correct_nrrd_place(const std::filesystem::path& file, const NrrdFields& fields, Geometry& geometry);
+
+/// Pixels that ITK's reader of TIFF does not read, 32-bit integers; nothing where it reads the file. Throws
+/// InputError where nobody does, and where readers differ about black and white.
+[[nodiscard]] std::optional<Pixels> read_tiff_integers(const std::filesystem::path& file);
 
 /// A picture, labels or numbers: the components of a pixel, then the next pixel of the row.
 using Values = std::variant<std::vector<unsigned char>, std::vector<std::int16_t>, std::vector<float>>;
 using Keys = std::vector<std::pair<std::string, std::string>>;
 
-/// Writes a picture as PNG, everything else as .nrrd, .mha or .nii.gz by the file's extension. A file whose
-/// header tells `keys` is not compressed. Written beside the target and renamed. Throws InputError.
+/// Writes a picture as PNG, everything else as .nrrd, .mha or .nii.gz by the file's extension. With `keys`,
+/// which the first two have in their header, it is a displacement, and is not compressed. Written beside the
+/// target and renamed. Throws InputError.
 void write_pixels(const std::filesystem::path& file, const Geometry& geometry, const Values& values,
                   const Keys& keys = {});
 

@@ -16,8 +16,12 @@ namespace {
 
 using images::unreadable;
 
-constexpr double square_tolerance = 0.01; // of a pixel's side: rounding in headers, not another shape
-constexpr double most_pixels = 1 << 30;   // as of a file
+constexpr double right_angle = 0.01;    // most cosine between axes: rounding in headers, and little shear
+constexpr double most_pixels = 1 << 30; // as of a file
+constexpr double most_growth = 200.0;   // of the pixels that become squares or cubes
+constexpr double smallest_side = 1e-6;  // of a pixel, millimetres; beyond these a field is not finite
+constexpr double largest_side = 1e6;
+constexpr double farthest_origin = 1e9; // millimetres
 
 /// Each side of a pixel over the shortest one.
 using Aspect = std::array<double, 3>;
@@ -39,12 +43,26 @@ void require_volume(const std::filesystem::path& file, Extent extent, const imag
     for (std::size_t j = i; j < 3; ++j) {
       const auto& axes = geometry.axes;
       const double product = std::inner_product(axes[i].begin(), axes[i].end(), axes[j].begin(), 0.0);
-      if (!(std::abs(product - (i == j ? 1.0 : 0.0)) <= square_tolerance)) {
+      if (!(std::abs(product - (i == j ? 1.0 : 0.0)) <= right_angle)) {
         throw unreadable(file,
                          fmt::format("the directions of its axes are no rotation: the product of axes {} "
                                      "and {} is {:.3g}; resample it",
                                      i + 1, j + 1, product));
       }
+    }
+  }
+}
+
+/// Throws InputError where a pixel's side or its place is none that a body's image has.
+void require_possible_place(const std::filesystem::path& file, const images::Geometry& geometry) {
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (const double side = geometry.spacing[axis]; !(side >= smallest_side && side <= largest_side)) {
+      throw unreadable(file, fmt::format("its pixels have a side of {:g} mm, {:g} ... {:g} are possible",
+                                         side, smallest_side, largest_side));
+    }
+    if (const double at = geometry.origin[axis]; !(std::abs(at) <= farthest_origin)) {
+      throw unreadable(file, fmt::format("its first pixel lies at {:g} mm, at most {:g} are possible", at,
+                                         farthest_origin));
     }
   }
 }
@@ -59,7 +77,8 @@ struct Stored {
 Stored read_pixels(const std::filesystem::path& file, const ReadOptions& options, bool is_vector) {
   const std::optional<int> slice = options.slice;
   const images::Pixels pixels = images::read_pixels(file);
-  const auto& [size, spacing, origin, axes, components] = pixels.geometry;
+  const auto& [size, spacing, origin, axes, components, stated] = pixels.geometry;
+  require_possible_place(file, pixels.geometry);
   if (is_vector ? components != 2 && components != 3 : components != 1) {
     throw unreadable(file, fmt::format("it has {} components per pixel, {} expected", components,
                                        is_vector ? "2 or 3 are" : "1 is"));
@@ -74,7 +93,7 @@ Stored read_pixels(const std::filesystem::path& file, const ReadOptions& options
                      fmt::format("there is no slice {}, it has the slices 0 ... {}", *slice, slices - 1));
   }
   if (const double cosine = std::inner_product(axes[0].begin(), axes[0].end(), axes[1].begin(), 0.0);
-      !(std::abs(cosine) <= square_tolerance)) {
+      !(std::abs(cosine) <= right_angle)) {
     throw unreadable(file,
                      fmt::format("its rows and columns are not perpendicular, the cosine between them is "
                                  "{:.3g}; resample it",
@@ -92,19 +111,21 @@ Stored read_pixels(const std::filesystem::path& file, const ReadOptions& options
     placement.thickness = spacing[2];
   }
   placement = placement.moved(0.0, 0.0, slice.value_or(0) * spacing[2]);
+  FileGrid grid{extent, spacing, placement, stated};
+  if (options.spacing) {
+    grid.sides.fill(*options.spacing);
+  }
   const float* value =
       pixels.values.data() + static_cast<std::size_t>(slice.value_or(0)) * extent.sites() * components;
-  Stored stored{
-      {std::vector(components, ScalarField(extent)), options.spacing.value_or(spacing[0]), placement}};
-  const auto sides = std::span(spacing).first(extent.axes());
-  const auto is_other = [&](double side) {
-    return !(std::abs(side - spacing[0]) <= square_tolerance * spacing[0]);
-  };
-  if (!options.spacing && std::ranges::any_of(sides, is_other)) {
+  Stored stored{{std::vector(components, ScalarField(extent)), grid.sides[0], placement, false, grid}};
+  const auto sides = std::span(grid.sides).first(extent.axes());
+  if (std::ranges::count(sides, sides[0]) != std::ssize(sides)) {
+    stored.image.oblong = grid;
+  }
+  if ((!has_equal_sides(grid) || (options.size && stored.image.oblong)) && !options.as_stored) {
     stored.image.spacing = std::ranges::min(sides);
     std::ranges::transform(sides, stored.aspect.begin(),
                            [&](double side) { return side / stored.image.spacing; });
-    stored.image.oblong = OblongGrid{extent, spacing, placement};
   }
   for (std::size_t site = 0; site < extent.sites(); ++site) {
     for (ScalarField& component : stored.image.pixels) {
@@ -148,11 +169,11 @@ void fit(const std::filesystem::path& file, Image<std::vector<ScalarField>>& ima
       step = std::max(step, lengths[axis] / size->sides()[axis]);
     }
   } else {
-    if (lengths[0] * lengths[1] * lengths[2] > most_pixels) {
+    const double most = std::min(most_pixels, most_growth * static_cast<double>(from.sites()));
+    if (const double number = lengths[0] * lengths[1] * lengths[2]; number > most) {
       throw unreadable(file, fmt::format("its pixels are {}, and {:.3g} of the shortest side would fill it, "
                                          "{} are possible; give a size",
-                                         sides_text(*image.oblong), lengths[0] * lengths[1] * lengths[2],
-                                         most_pixels));
+                                         sides_text(image.grid), number, most));
     }
     const auto whole = [](double length) { return static_cast<int>(length + 1e-6); }; // 3 * 0.1 / 0.3 is 1
     size = Extent{whole(lengths[0]), whole(lengths[1]), whole(lengths[2])};
@@ -193,7 +214,7 @@ Image<std::vector<ScalarField>> read_fitted(const std::filesystem::path& file, c
 /// The image with other pixels.
 template <typename Pixels>
 Image<Pixels> with_pixels(const Image<std::vector<ScalarField>>& image, Pixels pixels) {
-  return {std::move(pixels), image.spacing, image.placement, image.padded, image.oblong};
+  return {std::move(pixels), image.spacing, image.placement, image.padded, image.grid, image.oblong};
 }
 
 } // namespace

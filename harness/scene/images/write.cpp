@@ -75,40 +75,35 @@ void write_colours(const std::filesystem::path& file, Extent extent, const SiteC
 } // namespace
 
 void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing,
-                        const Placement& placement, const std::optional<OblongGrid>& grid) {
+                        const Placement& placement, const std::optional<FileGrid>& grid) {
   const Extent sites = displacement.extent;
   validate(displacement, sites, "the displacement to write");
   images::Geometry geometry = geometry_of(file, sites, 3, spacing, placement);
-  std::array<double, 3> first{}; // where the grid's first pixel lies, sites
-  std::array<double, 3> step{};
+  PixelPositions at; // the grid's pixels, in sites
   if (grid) {
     geometry = geometry_of(file, grid->extent, 3, grid->sides[0], grid->placement);
-    for (std::size_t axis = 0; axis < sites.axes(); ++axis) {
-      geometry.spacing[axis] = grid->sides[axis];
-      step[axis] = grid->sides[axis] / spacing;
-      for (std::size_t i = 0; i < 3; ++i) {
-        first[axis] += placement.axes[axis][i] * (grid->placement.origin[i] - placement.origin[i]) / spacing;
-      }
-    }
+    std::copy_n(grid->sides.begin(), sites.axes(), geometry.spacing.begin());
+    at = positions_of(*grid, spacing, placement);
   }
   std::vector<float> values;
   values.reserve(geometry.values());
   for_each_site(grid ? grid->extent : sites, [&](int x, int y, int z) {
     Placement::Vector way{}; // millimetres along rows, columns and slices
     for (std::size_t axis = 0; axis < sites.axes(); ++axis) {
-      way[axis] = spacing * (grid ? images::linear_at(displacement[axis], sites, first[0] + x * step[0],
-                                                      first[1] + y * step[1], first[2] + z * step[2])
-                                  : displacement[axis][sites.index(x, y, z)]);
+      way[axis] = spacing *
+                  (grid ? images::linear_at(displacement[axis], sites, at.of(0, x), at.of(1, y), at.of(2, z))
+                        : displacement[axis][sites.index(x, y, z)]);
     }
     for (const double component : placement.vector(way[0], way[1], way[2])) {
       values.push_back(with_zero_positive(component));
     }
   });
   // An ITK or Slicer transform maps the other way, from the deformed image back: who opens the file must be
-  // told.
-  images::write_pixels(
-      file, geometry, std::move(values),
-      {{"hdmbench mapping", "forward: tissue at x moves to x + d(x)"}, {"hdmbench unit", "millimetre"}});
+  // told. Slicer knows the third key.
+  images::write_pixels(file, geometry, std::move(values),
+                       {{"hdmbench mapping", "forward: tissue at x moves to x + d(x)"},
+                        {"hdmbench unit", "millimetre"},
+                        {"displacement field type", "modeling"}});
 }
 
 void write_scalar(const std::filesystem::path& file, const ScalarField& field, double spacing,

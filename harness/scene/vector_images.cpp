@@ -1,0 +1,74 @@
+#include "harness/scene/carried_conditions.hpp"
+#include "harness/scene/images/images.hpp"
+#include "harness/scene/method.hpp"
+#include "harness/scene/scene_content.hpp"
+#include "kernels/data/elastic/springs.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+namespace hdmbench {
+
+void read_vector_images(TomlReader& image, const std::filesystem::path& folder, std::optional<Extent> size,
+                        const Content& content, Scene& scene) {
+  const auto read = [&](std::string_view key, bool as_stored) {
+    Image<VectorField> found =
+        read_vector(folder / image.get<std::string>(key), {.size = as_stored ? std::nullopt : size,
+                                                           .spacing = content.stated_spacing,
+                                                           .takes_volumes = true,
+                                                           .as_stored = as_stored});
+    require_same_grid(image, key, found.grid, content.grid);
+    return std::move(found.pixels);
+  };
+  /// `why_wrong` returns what is wrong with a value, or nothing.
+  const auto require = [&](std::string_view key, const VectorField& field, const auto& why_wrong) {
+    for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
+      for (std::size_t site = 0; site < field[axis].size(); ++site) {
+        if (const char* const why = why_wrong(field[axis][site]); why != nullptr) {
+          image.fail(key, fmt::format("{} (its value at {} is {})", why, field.extent.place(site),
+                                      field[axis][site]));
+        }
+        require_possible_displacement(image, key, key == "deviation" ? 0.0 : double{field[axis][site]});
+      }
+    }
+  };
+  const auto is_displacement = [](float value) {
+    return std::isfinite(value) ? nullptr : "must be finite; where nothing is observed the confidence is 0";
+  };
+  image.refuse_unless(scene.energy->is_of_cells(), "deviation");
+  image.refuse_unless(!scene.energy->is_of_cells(), "start");
+  const bool has_deviation = image.has("deviation");
+  if (image.has("target") != (image.has("confidence") || has_deviation)) {
+    image.fail("target", "and confidence (or deviation): give both images or none");
+  }
+  if (image.has("confidence") && has_deviation) {
+    image.fail("deviation", "cannot stand beside confidence");
+  }
+  if (image.has("target")) {
+    const char* const certainty = has_deviation ? "deviation" : "confidence";
+    FileConditions known{.target = read("target", true),
+                         .confidence = read(certainty, true),
+                         .at = positions_of(content.grid, content.spacing, content.placement)};
+    require("target", known.target, is_displacement);
+    require(certainty, known.confidence, [&](float value) -> const char* {
+      if (has_deviation) {
+        return value >= 0.0F ? nullptr : "has a value below 0 (pixels); infinite is not observed";
+      }
+      return value >= 0.0F && value <= 1.0F ? nullptr : "must be 0 ... 1";
+    });
+    for (std::vector<float>& plane : known.confidence.planes) {
+      for (float& value : plane) {
+        value = has_deviation ? confidence_of_deviation(static_cast<double>(value)) : value; // 0 of infinity
+      }
+    }
+    scene.observed = carry_conditions(known, scene.energy->is_of_cells(), scene.full);
+  }
+  if (image.has("start")) {
+    scene.start = read("start", false);
+    require("start", *scene.start, is_displacement);
+  }
+}
+
+} // namespace hdmbench
