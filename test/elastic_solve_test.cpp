@@ -81,6 +81,43 @@ TEST(ElasticSolve, ConvergesWhateverTheTissue) {
   }
 }
 
+/// A soft cube whose faces are moved along their normals, with stiff voxels where `is_stiff` says.
+Level pressed_cube(int side, const std::function<bool(int, int, int)>& is_stiff) {
+  Level level = elastic_level({side, side, side}, Tissue::inclusion, Held::border, 1.0, 3);
+  for_each_site(level.extent, [&](int x, int y, int z) {
+    level.modulus.values[level.extent.index(x, y, z)] = is_stiff(x, y, z) ? 1000.0F : 1.0F;
+  });
+  return level;
+}
+
+/// A line, a sheet or a dot of one voxel that lies between the sites of the next level is in the middle of
+/// its cells, which are alike on both sides and yet not of one modulus: there waves grew.
+TEST(ElasticSolve, CyclesConvergeWhereStiffLinesLieBetweenTheSitesOfCoarseLevels) {
+  const auto odd = [](int at) { return at % 4 == 3; };
+  const std::vector<std::pair<const char*, std::function<bool(int, int, int)>>> makes{
+      {"a line along z", [](int x, int y, int) { return x == 7 && y == 7; }},
+      {"a line along x", [](int, int y, int z) { return y == 3 && z == 5; }},
+      {"lines", [&](int x, int y, int) { return odd(x) && odd(y); }},
+      {"sheets", [&](int, int y, int) { return odd(y); }},
+      {"dots", [&](int x, int y, int z) { return odd(x) && odd(y) && odd(z); }}};
+  for (const auto& [name, is_stiff] : makes) {
+    for (const double poisson : {0.3, 0.49}) {
+      const Level level = pressed_cube(11, is_stiff);
+      const std::string what = fmt::format("{}, Poisson's ratio {}", name, poisson);
+      const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
+      ElasticSolver cycles(level, poisson, *session);
+      cycles.full_multigrid();
+      double least = cycles.cycle().change;
+      for (int i = 0; i < 120; ++i) {
+        const double change = cycles.cycle().change;
+        ASSERT_LT(change, 1.5 * least + 1e-6) << what << ", cycle " << i;
+        least = std::min(least, change);
+      }
+      EXPECT_LT(solved(level, poisson, 120), 1e-3) << what;
+    }
+  }
+}
+
 std::string refusal(const Level& level) {
   return test::refusal([&] { require_held(level); });
 }

@@ -18,6 +18,8 @@ constexpr std::array<std::size_t, moment_count> place_of_moment{0, 1,  3,  9,  2
                                                                 7, 15, 19, 21, 13, 14, 16, 22, 8,  20, 24};
 /// Of those that are 0 where, and on the image only where, a cell has one modulus.
 constexpr std::array<std::size_t, 7> odd_places{1, 3, 9, 4, 10, 12, 13};
+/// Those of one square, which are a third of the mean where a cell has one modulus, then those of two.
+constexpr std::array<std::size_t, 6> even_places{2, 6, 18, 8, 20, 24};
 
 /// Of cells side by side, one more than lanes: what is between sites.
 using CellRow = std::array<std::array<float, lanes + 1>, monomials>;
@@ -166,9 +168,11 @@ HDM_WIDE_VECTORS void add_corners(Stiffness& sum, const CellRow& cells, std::siz
   }
 }
 
-/// Cells x, x + 1, ... of more than one modulus count weight(x, y, z) times.
+/// Cells x, x + 1, ... of more than one modulus count weight(x, y, z) times. Their odd moments tell; on
+/// coarse levels a cell that is alike on both sides, as with a stiff line along its middle, has none, and
+/// its squares tell.
 template <typename Weight>
-void weigh_mixed(CellRow& cells, int x, int y, int z, const Weight& weight) {
+void weigh_mixed(CellRow& cells, int x, int y, int z, bool is_image, const Weight& weight) {
   std::array<float, lanes + 1> weights;
   std::array<float, lanes + 1> factor;
   factor.fill(1.0F);
@@ -178,6 +182,15 @@ void weigh_mixed(CellRow& cells, int x, int y, int z, const Weight& weight) {
   for (const std::size_t place : odd_places) {
     for (std::size_t i = 0; i <= lanes; ++i) {
       factor[i] = cells[place][i] != 0.0F ? weights[i] : factor[i];
+    }
+  }
+  for (std::size_t n = 0; !is_image && n < even_places.size(); ++n) {
+    const float share = n < 3 ? 1.0F / 3.0F : 1.0F / 9.0F;
+    constexpr float most = 0.5F; // a line of ten times the modulus has more; what has less needs no weight
+    for (std::size_t i = 0; i <= lanes; ++i) {
+      const float uniform = share * cells[0][i];
+      const bool differs = std::abs(cells[even_places[n]][i] - uniform) > most * uniform;
+      factor[i] = differs ? weights[i] : factor[i];
     }
   }
   for (auto& row : cells) {
@@ -207,7 +220,7 @@ Stiffness stiffness_of(const ElasticLevel& level, int x, int y, int z, const Vol
     const int above = row % 2;
     const int near = row / 2;
     read_cells(level, x - 1, 1, y - 1 + above, z - 1 + near, cells);
-    weigh_mixed(cells, x - 1, y - 1 + above, z - 1 + near, weight);
+    weigh_mixed(cells, x - 1, y - 1 + above, z - 1 + near, level.moments.size() == 1, weight);
     const float b = above == 0 ? 1.0F : -1.0F;
     const float c = near == 0 ? 1.0F : -1.0F;
     add_corners(sum, cells, 0, 1.0F, b, c, relaxation.lame);
