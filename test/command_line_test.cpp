@@ -133,6 +133,40 @@ std::string with_output(const std::string& where) {
   return "with_output() { \"$@\" " + where + "; }; with_output";
 }
 
+TEST(CommandLine, AFieldThatIsNoneIsNotWritten) {
+  const test::TemporaryFolder folder;
+  const auto scene = folder.write("wild.toml", R"(size = [30, 30]
+[[tissue]]
+label = 0
+modulus = 1e-30
+[[tissue]]
+label = 1
+modulus = 1e30
+[[shape]]
+kind = "everything"
+label = 0
+[[shape]]
+kind = "rectangle"
+label = 1
+centre = [0.5, 0.5]
+size = [0.3, 0.3]
+[[condition]]
+where = "left"
+dx = 0.0
+dy = 0.0
+[[condition]]
+where = "right"
+dy = 10.0
+)");
+  const auto output = folder.path() / "o";
+  const auto run =
+      test::hdmbench(fmt::format("run '{}' --method cascade --output '{}'", scene.string(), output.string()));
+  EXPECT_EQ(run.status, 1) << run.output;
+  EXPECT_THAT(run.output, AllOf(HasSubstr("NO RESULT"), HasSubstr("No files are written"),
+                                Not(HasSubstr("--method cascade"))));
+  EXPECT_FALSE(std::filesystem::exists(output / "wild.nrrd"));
+}
+
 TEST(CommandLine, OutputThatIsLostIsReported) {
   for (const char* arguments : {"--help", "--version", "", "methods", "devices", "faults --list",
                                 "run --help", "verify square --size 9 --backends openmp",

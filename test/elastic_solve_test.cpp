@@ -3,7 +3,9 @@
 #include "harness/judge/truths.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/methods/elastic.hpp"
+#include "harness/solve/methods/remaining_error.hpp"
 #include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/elastic/springs.hpp"
 #include "reference/finite_elements.hpp"
 #include "test/files.hpp"
 #include "test/sessions.hpp"
@@ -115,6 +117,67 @@ TEST(ElasticSolve, CyclesConvergeWhereStiffLinesLieBetweenTheSitesOfCoarseLevels
       }
       EXPECT_LT(solved(level, poisson, 120), 1e-3) << what;
     }
+  }
+}
+
+TEST(ElasticSolve, CyclesThatGrowAreSeen) {
+  CyclesError error(1.0, 1e-6);
+  for (const double moved : {1.0, 0.01, 0.02, 0.01, 1e-7, 5e-6}) { // as they do on their way, and in rounding
+    error.add(moved);
+    EXPECT_FALSE(error.grow()) << moved;
+  }
+  error.add(1e-3);
+  EXPECT_TRUE(error.grow());
+  error.add(std::numeric_limits<double>::quiet_NaN());
+  EXPECT_TRUE(error.grow());
+}
+
+/// Springs so weak that steps do not see how the body moves as a whole; where they are all, at rest is where
+/// they balance.
+TEST(ElasticSolve, ABodyThatOnlyWeakSpringsHoldIsBroughtToBalance) {
+  const auto held_by = [](const std::function<int(int, int, int)>& components) {
+    Level level = elastic_level({9, 8, 7}, Tissue::inclusion, Held::supports, 4.0, 5);
+    level.confidence = VectorField(level.extent);
+    for_each_site(level.extent, [&](int x, int y, int z) {
+      const std::size_t at = level.extent.index(x, y, z);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        if ((components(x, y, z) >> axis & 1) != 0) {
+          level.target[axis][at] =
+              static_cast<float>(0.3 * x - 0.2 * y + 0.1 * z * static_cast<double>(axis));
+          level.confidence[axis][at] = confidence_of_deviation(x == 0 ? 3000.0 : 1000.0);
+        }
+      }
+    });
+    return level;
+  };
+  const std::vector<std::pair<std::size_t, Level>> levels{
+      {6, held_by([](int x, int, int) { return x == 0 || x == 8 ? 7 : 0; })},
+      {6, held_by([](int x, int y, int z) { return (x + 3 * y + 5 * z) % 11 == 0 ? 7 : 0; })},
+      {5,
+       [&] { // x is known for good at one site
+         Level level = held_by([](int x, int y, int) { return x == 0 || y == 7 ? 7 : 0; });
+         level.confidence[0][level.extent.index(3, 3, 3)] = 1.0F;
+         return level;
+       }()},
+      {1, [&] { // and all but the turn about one edge
+         Level level = held_by([](int x, int, int) { return x == 8 ? 7 : 0; });
+         for (int z = 0; z < 7; ++z) {
+           for (std::size_t axis = 0; axis < 3; ++axis) {
+             level.confidence[axis][level.extent.index(0, 0, z)] = 1.0F;
+           }
+         }
+         return level;
+       }()}};
+  for (const auto& [motions, level] : levels) {
+    EXPECT_EQ(free_motions(level).size(), motions);
+    const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
+    ElasticSolver solver(level, 0.3, *session);
+    solver.full_multigrid();
+    for (int i = 0; i < 12; ++i) {
+      (void)solver.conjugate_gradients();
+    }
+    solver.settle(level);
+    EXPECT_LT(rmsd(ReferenceField(solver.displacement()), truth_of(level, 0.3)), 2e-3) << motions;
   }
 }
 

@@ -198,16 +198,17 @@ json plan_row(const Scene& scene, const Request& request, const Plan& plan) {
   return row;
 }
 
-/// Of the scene and of its field; a plan that was met has its error, by a method of its own.
+/// Of the scene and of its field; a plan has its error, by a method of its own.
 Warnings find_warnings(const Scene& scene, const Solution& solution, const std::optional<Plan>& plan) {
   Warnings warnings;
   if (is_inspected(scene.extent())) {
     warnings = diagnose(scene);
     std::ranges::move(diagnose(scene, solution), std::back_inserter(warnings));
   }
-  constexpr std::array answered{"not-converged", "stalling-cycles", "nearly-incompressible"};
+  constexpr std::array of_methods{"no-estimate", "stalling-cycles", "nearly-incompressible"};
   std::erase_if(warnings, [&](const Warning& warning) {
-    return plan && plan->met && std::ranges::count(answered, warning.kind) > 0;
+    return plan && (std::ranges::count(of_methods, warning.kind) > 0 ||
+                    (plan->met && warning.kind == "not-converged"));
   });
   return warnings;
 }
@@ -362,7 +363,7 @@ int run_scene(Call& call) {
       return success;
     }
   }
-  const std::string absurd = why_absurd(scene, solution.displacement);
+  const std::string absurd = why_absurd(scene, solution);
   const Warnings warnings = find_warnings(scene, solution, plan);
   const std::string method = plan ? "as needed" : method_name(scene);
   const double energy = absurd.empty() ? mean_energy_of(scene, solution.displacement)
@@ -425,7 +426,11 @@ int run_scene(Call& call) {
                            ? warnings_text(warnings)
                            : "  Not diagnosed, and no pictures: beyond 4096 x 4096 sites that takes more "
                              "time and memory than the solution.\n");
-  write_files(call[option::output], files, call[option::json], scene, solution.displacement, row);
+  if (absurd.empty()) {
+    write_files(call[option::output], files, call[option::json], scene, solution.displacement, row);
+  } else {
+    fmt::print("  No files are written: there is no displacement.\n");
+  }
   call.write(json::array({without_nulls(row)}));
   return absurd.empty() && (!plan || plan->met) ? success : disagreement;
 }

@@ -5,6 +5,7 @@
 #include "harness/scene/scene_content.hpp"
 #include "harness/scene/schedule_keys.hpp"
 #include "harness/scene/toml_reader.hpp"
+#include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -182,6 +183,11 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   reader.read("poisson", scene.elastic.poisson);
   if (scene.extent().axes() == 3) {
     reader.read("integration", integration_names, scene.elastic.integration);
+    if (scene.elastic.poisson > largest_volume_poisson) {
+      reader.fail("poisson", fmt::format("is {}, of a volume it must be at most {}: one that keeps its size "
+                                         "whatever pulls at it has no energy of this kind",
+                                         scene.elastic.poisson, largest_volume_poisson));
+    }
   }
   read_schedule(reader, !options.size, scene);
   read_exact(reader, options, scene);

@@ -122,7 +122,8 @@ private:
       ++fair;
     }
     // A single sampled image has no difference to another one that would say how good it is.
-    if (fair == 0 || (extents_.size() == 2 && !request_.seconds) || !is_believable()) {
+    if (fair == 0 || (extents_.size() == 2 && !request_.seconds) || !is_believable() ||
+        !floating_part(scene_.full).empty()) {
       return false;
     }
     // One coarser than that says how fast differences fall, and blocks of moduli show more than sites.
@@ -190,13 +191,15 @@ private:
   VectorField solve(const Level& sampled) {
     ElasticSolver solver(sampled, scene_.elastic, session_);
     const double enough = request_.accuracy ? share_of_steps * *request_.accuracy : unknown;
-    solve_within(enough, most_steps, contrast_of(sampled.modulus), solver);
+    solve_within(enough, most_steps, sampled, solver);
     add_work(solver);
     return solver.result();
   }
 
+  /// With a margin: the next step may take longer than the last one, and the field is to be read.
   [[nodiscard]] bool has_time_for(double seconds) const {
-    return !request_.seconds || clock_.seconds() + seconds <= *request_.seconds;
+    constexpr double margin = 1.5;
+    return !request_.seconds || clock_.seconds() + margin * seconds <= *request_.seconds;
   }
 
   [[nodiscard]] bool is_accurate(double error) const {
@@ -262,13 +265,12 @@ private:
   /// Full multigrid, then conjugate gradients until the steps say that it is enough.
   void solve_image() {
     ElasticSolver solver(scene_.full, scene_.elastic, session_);
-    const double contrast = contrast_of(scene_.full.modulus);
+    RemainingError error(scene_.full);
     std::optional<SetAside> aside(scene_);
     note(scene_.extent(), "levels", "moments of the moduli and cut cells on all levels", 0.0, unknown);
     const double set_up = clock_.seconds();
     solver.full_multigrid();
     note(scene_.extent(), "multigrid", "from the coarsest level up, a W cycle on each", 0.0, unknown);
-    RemainingError error(contrast);
     double last = clock_.seconds() - set_up; // a step costs no more than full multigrid
     bool at_rest = false;
     for (int i = 0;; ++i) {
@@ -277,8 +279,10 @@ private:
       if (accurate || !has_time_for(last)) {
         break;
       }
-      if (i == most_steps) {
-        mistrust_ = fmt::format("{} steps of conjugate gradients did not come to an end", most_steps);
+      if (i == most_steps) { // where only time is asked for, what they left is estimated all the same
+        mistrust_ = request_.accuracy
+                        ? fmt::format("{} steps of conjugate gradients did not come to an end", most_steps)
+                        : "";
         break;
       }
       const std::string reason = why_further(error, contrast);
@@ -289,7 +293,7 @@ private:
         note(scene_.extent(), "end", at_rest ? "what is left is rounding" : mistrust_, 0.0, unknown);
         break;
       }
-      error.add(step.change);
+      error.add(step);
       last = clock_.seconds() - before;
       note(scene_.extent(), "gradients", reason, step.change, error.estimate());
     }
@@ -298,12 +302,14 @@ private:
     aside.reset();
     add_work(solver);
     const double largest = largest_component(plan_.solution.displacement);
-    const double rounding = solver.rounding(largest, contrast);
-    if (!std::isfinite(rounding)) {
-      mistrust_ = "moduli differ more than float32 can tell";
-    } else if ((error.is_known() && mistrust_.empty()) || at_rest) {
+    const double rounding = solver.rounding(largest, error.contrast());
+    if ((error.is_known() && mistrust_.empty()) || at_rest) {
       // No field was seen closer to the truth than this, whatever the moduli.
       plan_.solution.estimated_error = std::hypot(error.is_known() ? error.estimate() : 0.0, rounding);
+    }
+    if (!error.mistrust().empty()) {
+      mistrust_ = error.mistrust();
+      plan_.solution.estimated_error.reset();
     }
     if (!is_believable() && mistrust_.empty()) {
       mistrust_ = "of a volume with a Poisson's ratio above 0.49 no estimate is believed";
@@ -334,12 +340,12 @@ private:
 void conclude(Plan& plan, const Scene& scene, const Request& request, double seconds,
               std::string_view mistrust) {
   std::optional<double>& error = plan.solution.estimated_error;
-  const std::string absurd = why_absurd(scene, plan.solution.displacement);
+  const std::string absurd = why_absurd(scene, plan.solution);
   if (!absurd.empty()) {
     error.reset();
     mistrust = absurd;
   }
-  const bool accurate = !request.accuracy || (error && mistrust.empty() && *error <= *request.accuracy);
+  const bool accurate = error && mistrust.empty() && (!request.accuracy || *error <= *request.accuracy);
   const bool in_time = !request.seconds || seconds <= *request.seconds;
   plan.met = accurate && in_time && absurd.empty();
   plan.outcome = fmt::format(

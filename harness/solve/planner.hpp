@@ -38,8 +38,8 @@ struct Plan {
 };
 
 /// Says how the plan of the scene ended: from its estimate, after `seconds`. Without an estimate, or with
-/// `mistrust` (why it cannot be believed), no accuracy is met; with a field that cannot be one (why_absurd)
-/// nothing is.
+/// `mistrust` (why it cannot be believed), nothing is met, and nor is it with a field that cannot be one
+/// (why_absurd).
 void conclude(Plan& plan, const Scene& scene, const Request& request, double seconds,
               std::string_view mistrust = {});
 

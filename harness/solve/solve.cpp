@@ -111,10 +111,13 @@ double largest_component(const VectorField& field) {
   return static_cast<double>(largest);
 }
 
-std::string why_absurd(const Scene& scene, const VectorField& field) {
-  const double found = largest_component(field);
+std::string why_absurd(const Scene& scene, const Solution& solution) {
+  const double found = largest_component(solution.displacement);
   if (!std::isfinite(found)) {
     return "the field has components that are infinite or not a number";
+  }
+  if (solution.grew) {
+    return "each cycle moved the field farther than the one before";
   }
   const Level& full = scene.full;
   double given = scene.start ? largest_component(*scene.start) : 0.0; // what drives a field, pixels

@@ -47,6 +47,7 @@ struct Solution {
   Timings timings;
   /// Of the RMSD of `displacement` and the fixed point, pixels; none where the method has no estimate.
   std::optional<double> estimated_error{};
+  bool grew = false; ///< cycles moved the field farther and farther, and were ended
 };
 
 /// The method's name in results; that of the update where it alone differs from icm: "sequential".
@@ -70,9 +71,9 @@ struct SolveOptions {
 /// The largest |component|, pixels; infinite where one is not a number, 0 of an empty field.
 [[nodiscard]] double largest_component(const VectorField& field);
 
-/// Says why no energy can have this field; empty: it can. The limit is far beyond any lever that the image
-/// has room for.
-[[nodiscard]] std::string why_absurd(const Scene& scene, const VectorField& field);
+/// Says why no energy can have the field of this solution; empty: it can. The limit is far beyond any lever
+/// that the image has room for.
+[[nodiscard]] std::string why_absurd(const Scene& scene, const Solution& solution);
 
 /// Iterations over all levels.
 [[nodiscard]] std::int64_t total_iterations(std::span<const LevelResult> levels);

@@ -1,11 +1,13 @@
 #include "harness/judge/diagnosis/measures.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
+#include "kernels/data/elastic/conditions.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace hdmbench {
 
@@ -152,7 +154,9 @@ void check_elastic_rest(const Scene& scene, const Solution& solution, Warnings& 
   const Schedule& schedule = scene.schedule;
   const std::string& method = schedule.method;
   const std::optional<double>& estimate = solution.estimated_error;
-  if (!estimate) {
+  if (const std::string part = floating_part(scene.full); !part.empty()) {
+    warn(warnings, "no-estimate/floating", std::nullopt, "part"_a = part);
+  } else if (!estimate) {
     const bool stalls = method == elastic_conjugate_gradients && schedule.iterations > 0;
     warn(warnings, stalls ? "no-estimate/float32" : "no-estimate", std::nullopt, "method"_a = method);
   } else if (!(*estimate <= visible)) {
@@ -170,24 +174,21 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
   for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
     wild += static_cast<std::size_t>(std::ranges::count_if(field[axis], is_wild));
   }
+  const auto check_folds = [&] { std::ranges::move(diagnose(field), std::back_inserter(warnings)); };
   if (wild > 0) {
-    warn(warnings, "not-finite", wild);
-    return warnings;
-  }
-  if (scene.energy->is_of_cells()) {
-    if (const std::string absurd = why_absurd(scene, field); !absurd.empty()) {
-      warn(warnings, "divergence/elastic", std::nullopt, "why"_a = absurd);
-      return warnings;
-    }
-    std::ranges::move(diagnose(field), std::back_inserter(warnings));
+    warn(warnings, scene.energy->is_of_cells() ? "not-finite/elastic" : "not-finite", wild);
+  } else if (!scene.energy->is_of_cells()) {
+    check_range(scene, field, warnings);
+    check_folds();
+    check_met(scene, field, warnings);
+    check_rest(scene, solution, warnings);
+  } else if (const std::string absurd = why_absurd(scene, solution); !absurd.empty()) {
+    warn(warnings, "divergence/elastic", std::nullopt, "why"_a = absurd);
+  } else {
+    check_folds();
     check_elastic_rest(scene, solution, warnings);
-    return warnings;
   }
-  check_range(scene, field, warnings);
-  std::ranges::move(diagnose(field), std::back_inserter(warnings));
-  check_met(scene, field, warnings);
-  check_rest(scene, solution, warnings);
-  return warnings;
+  return without_what_is_given(std::move(warnings), scene);
 }
 
 } // namespace hdmbench

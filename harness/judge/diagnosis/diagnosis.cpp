@@ -1,6 +1,7 @@
 #include "harness/judge/diagnosis/measures.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 #include <nlohmann/json.hpp>
 #include <warnings_text.hpp>
 
@@ -49,6 +50,27 @@ Warning diagnosis::warning_of(std::string_view row, std::optional<std::size_t> s
     return fmt::vformat(texts.at(text).get<std::string>(), figures);
   };
   return {std::string(row.substr(0, row.find('/'))), filled("message"), filled("advice"), sites};
+}
+
+Warnings diagnosis::without_what_is_given(Warnings warnings, const Scene& scene) {
+  const std::string method = "--method " + scene.schedule.method;
+  const bool has_fine_steps = scene.full.steps.text() == StepSet::parse("fine").text();
+  const auto is_given = [&](const std::string& part) {
+    const bool names_method = part == method || part.starts_with(method + ",");
+    return names_method || (has_fine_steps && part.starts_with("--steps fine"));
+  };
+  for (Warning& warning : warnings) {
+    std::vector<std::string> parts;
+    std::string rest = warning.advice;
+    for (std::size_t at = 0; (at = rest.find("; ")) != std::string::npos; rest.erase(0, at + 2)) {
+      parts.push_back(rest.substr(0, at));
+    }
+    parts.push_back(rest);
+    if (std::erase_if(parts, is_given) > 0 && !parts.empty()) {
+      warning.advice = fmt::format("{}", fmt::join(parts, "; "));
+    }
+  }
+  return warnings;
 }
 
 std::string warnings_text(std::span<const Warning> warnings) {

@@ -29,8 +29,6 @@ namespace {
 constexpr double least_share = 0x1p-36;
 /// Products below it have fewer digits than float.
 constexpr float least_product = 0x1p-100F;
-/// Squares of moduli that differ more do not fit into float, on whatever scale: what is soft is anywhere.
-constexpr double most_contrast = 1e30;
 
 } // namespace
 
@@ -247,7 +245,7 @@ ElasticSolver::Step ElasticSolver::conjugate_gradients() {
   last_product_ = product;
   last_factor_ = factor;
   last_change_ = change;
-  return {.change = change};
+  return {.change = change, .factor = double{factor}, .product = double{product}};
 }
 
 VectorField ElasticSolver::displacement() const {
@@ -277,9 +275,10 @@ double ElasticSolver::settle(const Level& full) {
   };
   // What the springs do about a way.
   const auto pulled = [&](VectorField way) {
-    for (std::size_t at = 0; at < full.extent.sites(); ++at) {
-      way[0][at] = static_cast<float>(spring(full.confidence[0], at) * way[0][at]);
-      way[1][at] = static_cast<float>(spring(full.confidence[1], at) * way[1][at]);
+    for (std::size_t axis = 0; axis < full.extent.axes(); ++axis) {
+      for (std::size_t at = 0; at < full.extent.sites(); ++at) {
+        way[axis][at] = static_cast<float>(spring(full.confidence[axis], at) * way[axis][at]);
+      }
     }
     return way;
   };
@@ -291,24 +290,25 @@ double ElasticSolver::settle(const Level& full) {
   // The sum of the motions, so much of each.
   const auto moved_by = [&](const Eigen::VectorXd& amounts) {
     VectorField field(full.extent);
-    for_each_site(full.extent, [&](int column, int row) {
-      double x = 0.0;
-      double y = 0.0;
-      for (Eigen::Index i = 0; i < amounts.size(); ++i) {
-        const RigidMotion& motion = motions[static_cast<std::size_t>(i)];
-        x += amounts[i] * motion.x_at(row);
-        y += amounts[i] * motion.y_at(column);
+    for_each_site(full.extent, [&](int x, int y, int z) {
+      for (std::size_t axis = 0; axis < full.extent.axes(); ++axis) {
+        double way = 0.0;
+        for (Eigen::Index i = 0; i < amounts.size(); ++i) {
+          way += amounts[i] * motions[static_cast<std::size_t>(i)].at(axis, {x, y, z});
+        }
+        field[axis][full.extent.index(x, y, z)] = static_cast<float>(way);
       }
-      const std::size_t at = full.extent.index(column, row);
-      field[0][at] = static_cast<float>(x);
-      field[1][at] = static_cast<float>(y);
     });
     return field;
   };
+  // first = operation(first, second), component by component.
+  const auto combine = [](VectorField& first, const VectorField& second, const auto& operation) {
+    for (std::size_t axis = 0; axis < first.extent.axes(); ++axis) {
+      std::ranges::transform(first[axis], second[axis], first[axis].begin(), operation);
+    }
+  };
   VectorField missing = full.target;
-  const VectorField field = displacement();
-  std::ranges::transform(missing[0], field[0], missing[0].begin(), std::minus<>());
-  std::ranges::transform(missing[1], field[1], missing[1].begin(), std::minus<>());
+  combine(missing, displacement(), std::minus<>());
   const VectorField pull = pulled(std::move(missing));
   const auto count = static_cast<Eigen::Index>(motions.size());
   Eigen::MatrixXd matrix(count, count);
@@ -326,96 +326,97 @@ double ElasticSolver::settle(const Level& full) {
     return 0.0;
   }
   const VectorField moved = moved_by(amounts);
-  std::ranges::transform(start_[0], moved[0], start_[0].begin(), std::plus<>());
-  std::ranges::transform(start_[1], moved[1], start_[1].begin(), std::plus<>());
+  combine(start_, moved, std::plus<>());
   session_.write(0, ElasticField::direction, moved);
   return root_mean_square(session_.dot(ElasticField::direction, ElasticField::direction));
 }
 
 double ElasticSolver::rounding(double largest, double contrast) const {
-  if (contrast > most_contrast) {
-    return std::numeric_limits<double>::infinity();
-  }
-  const double of_springs = sprung_ ? std::sqrt(std::min(contrast, 1e6)) : 1.0;
-  return largest * std::numeric_limits<float>::epsilon() * of_springs;
+  const double of_body = work_.front().extent.axes() == 3 ? 3.0 : 1.0; // seen where springs are weak
+  const double of_springs = sprung_ ? of_body * std::sqrt(std::min(contrast, 1e6)) : 1.0;
+  const double slender = slenderness(work_.front().extent);
+  const double of_bending = slender > most_compact ? slender : 1.0;
+  return largest * std::numeric_limits<float>::epsilon() * of_springs * of_bending;
 }
 
-void solve_within(double accuracy, int most_steps, double contrast, ElasticSolver& solver) {
+void solve_within(double accuracy, int most_steps, const Level& level, ElasticSolver& solver) {
   solver.full_multigrid();
-  RemainingError error(contrast);
+  RemainingError error(level);
   for (int done = 0; done < most_steps && !error.is_within(accuracy); ++done) {
     const ElasticSolver::Step step = solver.conjugate_gradients();
     if (step.ended) {
       return;
     }
-    error.add(step.change);
+    error.add(step);
   }
 }
 
 namespace {
 
-/// Takes the steps of the schedule's method, each of `sites` of progress. `largest`: component of the
-/// targets, pixels; `contrast`: contrast_of() the sheet. Returns the error that is left, pixels, where the
-/// method tells.
-std::optional<double> follow(const Schedule& schedule, double largest, double contrast, double sites,
-                             ElasticSolver& solver, Progress& progress) {
+/// Takes the steps of the schedule's method. `largest`: component of the targets, pixels; `error`: of the
+/// scene, no step added. Tells `solution` the error that is left where the method knows it, and whether
+/// cycles grew.
+void follow(const Schedule& schedule, double largest, RemainingError error, ElasticSolver& solver,
+            Progress& progress, Solution& solution) {
+  const auto sites = static_cast<double>(solver.work().front().extent.sites());
   if (schedule.method == elastic_sweeps) {
     for (int done = 0; done < schedule.iterations; ++done) {
       solver.sweep();
       progress.advance(sites);
     }
-    return std::nullopt;
+    return;
   }
   const bool gradients = schedule.method == elastic_conjugate_gradients;
   solver.full_multigrid(gradients || schedule.iterations > 0);
   const int steps = schedule.iterations - (gradients ? 0 : 1); // the first cycle is full multigrid's own
-  const double rounding = solver.rounding(largest, contrast);
+  const double rounding = solver.rounding(largest, error.contrast());
   const double least = 0.01 * largest * std::numeric_limits<float>::epsilon(); // it changes nothing
-  RemainingError error(contrast);
-  CyclesError of_cycles(contrast, rounding);
-  for (int done = 0; done < steps; ++done) {
+  CyclesError of_cycles(error.contrast(), rounding);
+  bool at_rest = false;
+  for (int done = 0; done < steps && !at_rest; ++done) {
     const ElasticSolver::Step step = gradients ? solver.conjugate_gradients() : solver.cycle();
     progress.advance(sites);
     if (step.ended && !step.at_rest) {
-      return std::nullopt;
+      return;
     }
-    if (step.ended) {
-      return std::hypot(error.is_known() ? error.estimate() : 0.0, rounding);
-    }
-    const double moved = step.change;
-    error.add(moved);
-    of_cycles.add(moved);
-    if (error.cautious_estimate() < least) {
-      break;
+    at_rest = step.ended;
+    if (!at_rest) {
+      error.add(step);
+      of_cycles.add(step.change);
+      solution.grew = !gradients && of_cycles.grow();
+      if (solution.grew || error.is_at_rest(least)) {
+        break;
+      }
     }
   }
-  if (!error.is_known()) {
-    return std::nullopt;
+  if (solution.grew || !error.mistrust().empty() || !(error.is_known() || at_rest)) {
+    return;
   }
-  return std::hypot(gradients ? error.estimate() : of_cycles.estimate(), rounding);
+  const double left = !error.is_known()      ? 0.0
+                      : gradients || at_rest ? error.estimate()
+                                             : of_cycles.estimate();
+  if (const double estimate = std::hypot(left, rounding); std::isfinite(estimate)) {
+    solution.estimated_error = estimate;
+  }
 }
 
 /// By the scene's method on the image itself. `unread`: SolveOptions::unread.
 Solution solve_whole(const Scene& scene, ElasticSession& session, Progress& progress, Scene* unread) {
   ElasticSolver solver(scene.full, scene.elastic, session);
   const double largest = largest_component(scene.full.target);
-  const double contrast = contrast_of(scene.full.modulus);
+  const RemainingError error(scene.full);
   double setting_aside = 0.0; // seconds
   std::optional<SetAside> aside;
   if (unread != nullptr) {
     const Stopwatch watch(setting_aside);
     aside.emplace(*unread);
   }
-  const std::optional<double> error = follow(scene.schedule, largest, contrast,
-                                             static_cast<double>(scene.extent().sites()), solver, progress);
-  solver.settle(scene.full);
   Solution solution;
+  follow(scene.schedule, largest, error, solver, progress, solution);
+  solver.settle(scene.full);
   solution.levels = solver.work();
   solution.timings = solver.timings();
   solution.timings.projection += setting_aside;
-  if (error && std::isfinite(*error)) {
-    solution.estimated_error = error;
-  }
   {
     const Stopwatch watch(solution.timings.readback);
     solution.displacement = solver.result();

@@ -18,6 +18,8 @@ public:
   /// What a cycle did to displacement: the root mean square over all components, pixels.
   struct Step {
     double change = 0.0;  ///< root mean square over sites, pixels
+    double factor = 0.0;  ///< of conjugate gradients: how many times the direction
+    double product = 0.0; ///< of conjugate gradients: of the load and the cycle's correction before it
     bool ended = false;   ///< nothing was changed
     bool at_rest = false; ///< ... for what is left is rounding; else numbers left what float can hold
   };
@@ -59,7 +61,8 @@ public:
   /// The same as the last thing to do: the session gives its memory back.
   [[nodiscard]] VectorField result();
   /// What float leaves at least of the error of a field that reaches `largest`, pixels. Weak springs on soft
-  /// tissue hold what is stiff the less exactly the more their moduli differ.
+  /// tissue hold what is stiff the less exactly the more their moduli differ, and rounded forces bend what is
+  /// slender.
   [[nodiscard]] double rounding(double largest, double contrast) const;
   /// Sweeps and residuals so far, the image first.
   [[nodiscard]] const std::vector<LevelResult>& work() const { return work_; }
@@ -96,8 +99,8 @@ private:
 };
 
 /// Full multigrid, then conjugate gradients until what is left is within `accuracy`, pixels, at most so many
-/// steps. `contrast`: contrast_of() the sheet.
-void solve_within(double accuracy, int most_steps, double contrast, ElasticSolver& solver);
+/// steps. `level` is the solver's.
+void solve_within(double accuracy, int most_steps, const Level& level, ElasticSolver& solver);
 
 /// The scene by the method that its schedule names. Throws as ElasticSolver does.
 [[nodiscard]] Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& progress,

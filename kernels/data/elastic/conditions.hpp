@@ -2,6 +2,9 @@
 
 #include "kernels/data/level.hpp"
 
+#include <array>
+#include <cstddef>
+#include <string>
 #include <vector>
 
 namespace hdmbench {
@@ -10,29 +13,46 @@ namespace hdmbench {
 /// no bit, so nobody can have meant it to hold anything.
 inline constexpr float void_share = 0x1p-24F;
 
-/// A motion of a sheet that strains nothing, of small turns; pixels.
-struct RigidMotion {
-  double x = 0.0;
-  double y = 0.0;
-  double turn = 0.0;
-  double column = 0.0; ///< about which it turns
-  double row = 0.0;
+/// A volume's Poisson's ratio beyond it leaves float32 no digits for what is not a change of size.
+inline constexpr double largest_volume_poisson = 0.4999;
 
-  [[nodiscard]] double x_at(int site_row) const { return x - turn * (site_row - row); }
-  [[nodiscard]] double y_at(int site_column) const { return y + turn * (site_column - column); }
+/// Squares of moduli that differ more do not fit into float32, on whatever scale: what is soft is anywhere.
+inline constexpr double most_contrast = 1e30;
+
+/// A part whose surroundings have a smaller share of the largest modulus floats where no condition holds it:
+/// what they do to it are the last digits of forces between its own sites, and float32 loses them.
+inline constexpr float floating_share = 1e-5F;
+
+/// A motion of a sheet or a body that strains nothing, of small turns; pixels.
+struct RigidMotion {
+  std::array<double, 3> shift{};                ///< of each component at its own place below
+  std::array<double, 3> turn{};                 ///< about x, y and z; of a sheet about z
+  std::array<std::array<double, 3>, 3> about{}; ///< by component: where turns do not move it
+
+  /// How far the component `axis` of a site moves.
+  [[nodiscard]] double at(std::size_t axis, const std::array<int, 3>& site) const {
+    const std::size_t next = (axis + 1) % 3;
+    const std::size_t last = (axis + 2) % 3;
+    const auto way = [&](std::size_t along) { return site[along] - about[axis][along]; };
+    return shift[axis] + (turn[next] * way(last) - turn[last] * way(next));
+  }
 };
 
-/// Throws InputError where the elastic energy has no unique minimum on `level`, and says what is missing and
-/// where: an image that is not at least 2 x 2, a sheet that can move or turn as a whole, or a part of it with
-/// void around (void_share). Every part that prescribed sites cut off touches two of them and is held.
+/// Throws InputError where the elastic energy has no unique minimum on `level` that float32 can find, and
+/// says what is missing and where: moduli that differ by more than most_contrast, an image that is not at
+/// least 2 x 2, a sheet that can move or turn as a whole, or a part of it with void around (void_share).
+/// Every part that prescribed sites cut off touches two of them and is held.
 void require_held(const Level& level);
+
+/// Says which part of the tissue floats (floating_share), in words; empty: none does.
+[[nodiscard]] std::string floating_part(const Level& level);
 
 /// A displacement to begin with (pixels): the targets where a component is observed, means of them
 /// elsewhere, of the nearer ones where there are any. The same bits whatever the number of threads. The level
 /// is held.
 [[nodiscard]] VectorField extended_conditions(const Level& level);
 
-/// The motions without strain that prescribed components leave to the sheet.
+/// The motions without strain that prescribed components leave: at most three of a sheet, six of a body.
 [[nodiscard]] std::vector<RigidMotion> free_motions(const Level& level);
 
 } // namespace hdmbench

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -22,6 +23,8 @@ namespace {
 /// one of a sheet and three of a body. Each known component is an equation of the six; those that do not
 /// follow from the others are kept.
 class Hold {
+  using Equation = std::array<double, 6>;
+
 public:
   /// Takes the components of a site whose confidence is `least` or more.
   void add(const Level& level, int x, int y, int z, float least) {
@@ -48,22 +51,35 @@ public:
                       : fmt::format("can turn about x = {}, y = {}; give x in two rows or y in two columns",
                                     first_[1]->at(0), first_[0]->at(1));
   }
-  /// Those that what is known leaves to the image: at most three. None of a body.
-  [[nodiscard]] std::vector<RigidMotion> motions(Extent image) const {
+  /// Those that what is known leaves. An equation is about one shift, or about turns alone, as each
+  /// component turns about the first place where it is known: so are these.
+  [[nodiscard]] std::vector<RigidMotion> motions(Extent body) const {
+    const std::array<int, 3> sides = body.sides();
+    RigidMotion none;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (std::size_t along = 0; along < 3; ++along) {
+        none.about[axis][along] =
+            first_[axis] ? static_cast<double>((*first_[axis])[along]) : 0.5 * (sides[along] - 1);
+      }
+    }
     std::vector<RigidMotion> result;
-    if (axes_ == 3) {
-      return result;
-    }
-    if (!first_[0]) {
-      result.push_back({.x = 1.0});
-    }
-    if (!first_[1]) {
-      result.push_back({.y = 1.0});
-    }
-    if (equations_.size() + result.size() < 3) {
-      result.push_back({.turn = 2.0 / std::max(image.width, image.height),
-                        .column = first_[1] ? first_[1]->at(0) : 0.5 * (image.width - 1),
-                        .row = first_[0] ? first_[0]->at(1) : 0.5 * (image.height - 1)});
+    std::vector<Equation> known = equations_;
+    while (known.size() < axes_ * (axes_ + 1) / 2) {
+      Equation left{}; // the largest part of a shift or a turn that follows from no equation
+      for (const std::size_t unknown :
+           axes_ == 3 ? std::vector<std::size_t>{0, 1, 2, 3, 4, 5} : std::vector<std::size_t>{0, 1, 5}) {
+        Equation own{};
+        own[unknown] = 1.0;
+        own = without(own, known);
+        left = product(own, own) > product(left, left) + rounding ? own : left;
+      }
+      known.push_back(left);
+      RigidMotion& motion = result.emplace_back(none);
+      const double size = std::sqrt(product(left, left));
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        motion.shift[axis] = left[axis] / size;
+        motion.turn[axis] = left[3 + axis] / size * (2.0 / std::ranges::max(sides));
+      }
     }
     return result;
   }
@@ -77,28 +93,33 @@ private:
     const std::array<int, 3>& first = first_[axis] ? *first_[axis] : first_[axis].emplace(place);
     constexpr double side = 256.0; // sites: all six of about the same size
     const auto way = [&](std::size_t along) { return (place[along % 3] - first[along % 3]) / side; };
-    std::array<double, 6> equation{};
+    Equation equation{};
     equation[axis] = 1.0;
     equation[3 + (axis + 1) % 3] = way(axis + 2);
     equation[3 + (axis + 2) % 3] = -way(axis + 1);
-    const auto product = [](const auto& a, const auto& b) {
-      return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
-    };
     const double whole = product(equation, equation);
-    for (const std::array<double, 6>& other : equations_) {
-      const double share = product(equation, other) / product(other, other);
-      std::ranges::transform(equation, other, equation.begin(),
-                             [&](double own, double its) { return own - share * its; });
-    }
-    constexpr double rounding = 1e-9;
+    equation = without(equation, equations_);
     if (product(equation, equation) > rounding * whole) {
       equations_.push_back(equation);
     }
   }
+  static double product(const Equation& a, const Equation& b) {
+    return std::inner_product(a.begin(), a.end(), b.begin(), 0.0);
+  }
+  /// What of it follows from none of the others, which are at right angles to each other.
+  static Equation without(Equation equation, const std::vector<Equation>& others) {
+    for (const Equation& other : others) {
+      const double share = product(equation, other) / product(other, other);
+      std::ranges::transform(equation, other, equation.begin(),
+                             [&](double own, double its) { return own - share * its; });
+    }
+    return equation;
+  }
 
+  static constexpr double rounding = 1e-9;
   std::size_t axes_ = 2;
   std::array<std::optional<std::array<int, 3>>, 3> first_; ///< by component, where it is known
-  std::vector<std::array<double, 6>> equations_;           ///< each at a right angle to the others
+  std::vector<Equation> equations_;                        ///< each at a right angle to the others
 };
 
 /// Any confidence above 0 holds; a whole one prescribes.
@@ -144,14 +165,15 @@ struct Part {
   }
 };
 
-/// Where void cuts off a part of the tissue that no condition holds. Sites next to each other, diagonally
-/// too, are one part, and so are those with a single void one between them: they share a site of a cell.
-void require_parts_held(const Level& level) {
+/// Says where softer sites, of less than `share` of the largest modulus, cut off a part of the tissue that no
+/// condition holds, and how it can move; empty: all parts are held. Sites next to each other, diagonally
+/// too, are one part, and so are those with a single softer one between them: they share a site of a cell.
+std::string free_part(const Level& level, float share) {
   const std::vector<float>& modulus = level.modulus.values;
   const ModulusRange range = modulus_range(level.modulus);
-  const float least = void_share * static_cast<float>(range.stiffest);
+  const float least = share * static_cast<float>(range.stiffest);
   if (static_cast<float>(range.softest) >= least) {
-    return;
+    return "";
   }
   const Extent extent = level.extent;
   Parts parts(extent.sites());
@@ -188,13 +210,12 @@ void require_parts_held(const Level& level) {
         where += fmt::format("{}{} = {} ... {}", axis == 0 ? "" : ", ", "xyz"[axis], part.first[axis],
                              part.last[axis]);
       }
-      throw InputError(
-          fmt::format("no condition holds a part of the tissue, {} {}{} at {} with void around it "
-                      "(less than {:.0e} of the largest modulus): it {}",
-                      part.tissue, extent.axes() == 3 ? "voxel" : "pixel", part.tissue == 1 ? "" : "s", where,
-                      void_share, freedom));
+      return fmt::format("{} {}{} at {} with {} around it (less than {:.0e} of the largest modulus): it {}",
+                         part.tissue, extent.axes() == 3 ? "voxel" : "pixel", part.tissue == 1 ? "" : "s",
+                         where, share == void_share ? "void" : "soft tissue", share, freedom);
     }
   }
+  return "";
 }
 
 /// Of all that has this confidence or more.
@@ -216,6 +237,11 @@ void require_held(const Level& level) {
     throw InputError(fmt::format("the elastic energy needs at least 2 x 2 pixels, the image is {} x {}",
                                  image.width, image.height));
   }
+  if (const double contrast = contrast_of(level.modulus); contrast > most_contrast) {
+    throw InputError(fmt::format("the largest modulus is {:.3g} times the smallest one, and float32 can hold "
+                                 "{:.0e}: give the softest tissue more, or the stiffest one less",
+                                 contrast, most_contrast));
+  }
   const Hold hold = hold_of(level, least_holding);
   if (const std::string freedom = hold.freedom(); !freedom.empty()) {
     throw InputError(
@@ -225,7 +251,13 @@ void require_held(const Level& level) {
             : fmt::format("the conditions leave the elastic sheet free to move: all {} x {} sites {}",
                           image.width, image.height, freedom));
   }
-  require_parts_held(level);
+  if (const std::string part = free_part(level, void_share); !part.empty()) {
+    throw InputError("no condition holds a part of the tissue, " + part);
+  }
+}
+
+std::string floating_part(const Level& level) {
+  return free_part(level, floating_share);
 }
 
 std::vector<RigidMotion> free_motions(const Level& level) {

@@ -1,0 +1,41 @@
+#include "harness/solve/methods/remaining_error.hpp"
+
+#include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/elastic/springs.hpp"
+#include "kernels/data/modulus.hpp"
+
+#include <Eigen/Eigenvalues>
+
+namespace hdmbench {
+
+void SmallestEigenvalue::add(double factor, double product) {
+  if (!(factor > 0.0)) { // a cycle by itself
+    return;
+  }
+  const double share = product_ > 0.0 ? product / product_ : 0.0;
+  if (factor_ > 0.0) {
+    beside_.push_back(std::sqrt(share) / factor_);
+  }
+  diagonal_.push_back(1.0 / factor + (factor_ > 0.0 ? share / factor_ : 0.0));
+  factor_ = factor;
+  product_ = product;
+  const auto vector = [](const std::vector<double>& values) {
+    return Eigen::Map<const Eigen::VectorXd>(values.data(), static_cast<Eigen::Index>(values.size()));
+  };
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
+  solver.computeFromTridiagonal(vector(diagonal_), vector(beside_), Eigen::EigenvaluesOnly);
+  before_ = diagonal_.size() > 1 ? value_ : std::numeric_limits<double>::infinity();
+  // Rounding can bring it to 0 or below, where nothing is left to be seen.
+  value_ = std::max(solver.eigenvalues()[0], 1e-12);
+}
+
+RemainingError::RemainingError(const Level& level)
+    : contrast_(contrast_of(level.modulus)), mistrust_(floating_part(level)),
+      is_slender_(slenderness(level.extent) > most_compact),
+      is_free_(has_springs(level) && !free_motions(level).empty()) {
+  if (!mistrust_.empty()) {
+    mistrust_ = "float32 cannot tell how a part of the tissue moves, " + mistrust_;
+  }
+}
+
+} // namespace hdmbench
