@@ -1,21 +1,16 @@
 #include "backends/cuda/cuda.hpp"
 
+#include "backends/opencl/program_text.hpp"
 #include "backends/session/device_backend.hpp"
-#include "backends/shared/energy_programs.hpp"
 #include "backends/shared/library.hpp"
-#include "kernels/shaders/elastic_steps.h"
 
 #include <fmt/format.h>
-#include <shaders/elastic_opencl.hpp>
 #include <shaders/language_cuda.hpp>
-#include <shaders/levels_opencl.hpp>
 #include <shaders/loops_cuda.hpp>
-#include <shaders/sweep_opencl.hpp>
 
 #include <algorithm>
 #include <array>
 #include <cstring>
-#include <map>
 #include <utility>
 #include <vector>
 
@@ -107,35 +102,6 @@ int attribute(const Api& api, Attribute which, DeviceNumber device) {
   return value;
 }
 
-/// What is a kernel's in the texts of OpenCL C, which are CUDA C++ behind language_cuda.h: its name, its
-/// arguments by backends/device/device.hpp, its text.
-struct Source {
-  const char* name = "";
-  std::vector<std::size_t> arguments;
-  std::string_view text;
-};
-
-Source source_of(Kernel kernel) {
-  using namespace binding;
-  static const std::map<Kernel, Source> all{
-      {Kernel::sweep,
-       {"sweep",
-        {displacement, improved, material, observation, inverse_curvature, inputs, tiles, flags},
-        sources::sweep_opencl}},
-      {Kernel::levels,
-       {"level_pass",
-        {displacement, improved, material, observation, sampled_material, sampled_observation, entries,
-         counter},
-        sources::levels_opencl}},
-      {Kernel::elastic,
-       {"elastic_step",
-        {ELASTIC_FROM, ELASTIC_SECOND, ELASTIC_THIRD, ELASTIC_STORED, ELASTIC_MOMENTS, ELASTIC_RESPONSE,
-         ELASTIC_MATRICES, ELASTIC_INVERSE, ELASTIC_TOUCHED},
-        sources::elastic_opencl}},
-      {Kernel::loops, {"loop", {source, target}, sources::loops_cuda}}};
-  return all.at(kernel);
-}
-
 class CudaArray final : public Array {
 public:
   CudaArray(ComputeDevice& device, const Api& api, std::size_t count, Kind kind)
@@ -192,22 +158,15 @@ std::string compiled(const Api& api, const std::string& text, const std::string&
 class CudaProgram final : public Program {
 public:
   CudaProgram(const Api& api, const ProgramKind& kind, const std::string& architecture)
-      : arguments(source_of(kind.kernel).arguments), api_(api) {
-    std::string text =
-        fmt::format("#define HDM_INPUTS {}\n#define HDM_AXES {}\n", kind.energy->inputs, kind.axes);
+      : arguments(opencl::source_of(kind.kernel).arguments), api_(api) {
     for (const ProgramKind::Constant& constant : kind.constants) {
-      text += fmt::format("#define {} {}\n", constant.name, constant.value);
       if (constant.name == "LANES") {
         lanes = static_cast<unsigned>(constant.value);
       }
     }
-    const Source source = source_of(kind.kernel);
-    text += sources::language_cuda;
-    text += source.text;
-    constexpr std::string_view include = "#include \"energy.inc\"";
-    if (const auto at = text.find(include); at != std::string::npos) {
-      text.replace(at, include.size(), programs_of(*kind.energy).text);
-    }
+    const opencl::Source source = opencl::source_of(kind.kernel);
+    const std::string text = opencl::program_text(
+        kind, sources::language_cuda, kind.kernel == Kernel::loops ? sources::loops_cuda : source.text);
     api_.require(api_.cuModuleLoadData(&module_, compiled(api_, text, architecture).c_str()),
                  "cuModuleLoadData");
     api_.require(api_.cuModuleGetFunction(&kernel, module_, source.name), "cuModuleGetFunction");

@@ -1,21 +1,15 @@
 #include "backends/opencl/opencl.hpp"
 
+#include "backends/opencl/program_text.hpp"
 #include "backends/session/device_backend.hpp"
-#include "backends/shared/energy_programs.hpp"
-#include "kernels/shaders/elastic_steps.h"
 
 #include <fmt/format.h>
-#include <shaders/elastic_opencl.hpp>
-#include <shaders/levels_opencl.hpp>
-#include <shaders/loops_opencl.hpp>
-#include <shaders/sweep_opencl.hpp>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <cstring>
-#include <map>
 #include <sstream>
 #include <utility>
 #include <vector>
@@ -23,10 +17,6 @@
 namespace hdmbench::opencl {
 
 namespace {
-
-/// What all kernels are built with. Numbers without a suffix are floats; nothing is flushed or fused; -w
-/// because some drivers print warnings, whether asked or not.
-constexpr const char* build_options = "-cl-std=CL1.2 -cl-single-precision-constant -w";
 
 constexpr cl_int no_platform = -1001; // of the loader, where it does not count none
 
@@ -158,38 +148,6 @@ Handle<Object> made(const char* call, Create create, cl_int (*release)(Object), 
   return object;
 }
 
-/// What is a kernel's in the texts: its name, its arguments by backends/device/device.hpp, its text, and the
-/// bytes of the struct that is told after the arguments, where what is told may be shorter.
-struct Source {
-  const char* name = "";
-  std::vector<std::size_t> arguments;
-  std::string_view text;
-  std::size_t told_bytes = 0;
-};
-
-Source source_of(Kernel kernel) {
-  using namespace binding;
-  static const std::map<Kernel, Source> all{
-      // the others are for devices with shared memory
-      {Kernel::sweep,
-       {"sweep",
-        {displacement, improved, material, observation, inverse_curvature, inputs, tiles, flags},
-        sources::sweep_opencl}},
-      {Kernel::levels,
-       {"level_pass",
-        {displacement, improved, material, observation, sampled_material, sampled_observation, entries,
-         counter},
-        sources::levels_opencl}},
-      {Kernel::elastic,
-       {"elastic_step",
-        {ELASTIC_FROM, ELASTIC_SECOND, ELASTIC_THIRD, ELASTIC_STORED, ELASTIC_MOMENTS, ELASTIC_RESPONSE,
-         ELASTIC_MATRICES, ELASTIC_INVERSE, ELASTIC_TOUCHED},
-        sources::elastic_opencl,
-        sizeof(Dispatch::words)}},
-      {Kernel::loops, {"loop", {source, target}, sources::loops_opencl}}};
-  return all.at(kernel);
-}
-
 class ClArray final : public Array {
 public:
   ClArray(ComputeDevice& device, const Api& api, cl_context context, std::size_t count, Kind kind)
@@ -209,25 +167,17 @@ public:
   /// Throws DeviceError with the compiler's words.
   ClProgram(const Api& api, cl_context context, cl_device_id device, const ProgramKind& kind)
       : arguments(source_of(kind.kernel).arguments), told_bytes(source_of(kind.kernel).told_bytes) {
-    std::string text =
-        fmt::format("#define HDM_INPUTS {}\n#define HDM_AXES {}\n", kind.energy->inputs, kind.axes);
     for (const ProgramKind::Constant& constant : kind.constants) {
-      text += fmt::format("#define {} {}\n", constant.name, constant.value);
       if (constant.name == "LANES") {
         lanes = static_cast<std::size_t>(constant.value);
       }
     }
-    const Source source = source_of(kind.kernel);
-    text += source.text;
-    constexpr std::string_view include = "#include \"energy.inc\"";
-    const auto at = text.find(include);
-    if (at != std::string::npos) {
-      text.replace(at, include.size(), programs_of(*kind.energy).text);
-    }
+    const std::string text = program_text(kind);
     const char* start = text.c_str();
     program = made("clCreateProgramWithSource", api.clCreateProgramWithSource, api.clReleaseProgram, context,
                    cl_uint{1}, &start, nullptr);
-    const cl_int error = api.clBuildProgram(program.get(), 1, &device, build_options, nullptr, nullptr);
+    const cl_int error =
+        api.clBuildProgram(program.get(), 1, &device, build_options.data(), nullptr, nullptr);
     if (error == CL_BUILD_PROGRAM_FAILURE) {
       throw DeviceError(fmt::format(
           "clBuildProgram: {}",
@@ -237,7 +187,8 @@ public:
           })));
     }
     require(error, "clBuildProgram");
-    kernel = made("clCreateKernel", api.clCreateKernel, api.clReleaseKernel, program.get(), source.name);
+    kernel = made("clCreateKernel", api.clCreateKernel, api.clReleaseKernel, program.get(),
+                  source_of(kind.kernel).name);
   }
 
   std::vector<std::size_t> arguments;

@@ -123,11 +123,32 @@ Device describe(const vk::raii::PhysicalDevice& physical) {
   return device;
 }
 
+vk::DescriptorType type_of(std::size_t number) {
+  return number < binding::first_words     ? vk::DescriptorType::eStorageTexelBuffer
+         : number < binding::first_fetched ? vk::DescriptorType::eStorageBuffer
+                                           : vk::DescriptorType::eUniformTexelBuffer;
+}
+
+vk::raii::DescriptorSetLayout make_set_layout(const vk::raii::Device& device) {
+  std::array<vk::DescriptorSetLayoutBinding, binding::count> bindings;
+  for (std::uint32_t i = 0; i < binding::count; ++i) {
+    bindings[i] = {i, type_of(i), 1, vk::ShaderStageFlagBits::eCompute};
+  }
+  return {device, vk::DescriptorSetLayoutCreateInfo({}, bindings)};
+}
+
+vk::raii::PipelineLayout make_layout(const vk::raii::Device& device,
+                                     const vk::raii::DescriptorSetLayout& set_layout) {
+  const vk::PushConstantRange told(vk::ShaderStageFlagBits::eCompute, 0, bytes_told);
+  return {device, vk::PipelineLayoutCreateInfo({}, *set_layout, told)};
+}
+
 vk::Format format_of(Kind kind) {
   return kind == Kind::pairs ? vk::Format::eR32G32Sfloat : vk::Format::eR32G32B32A32Sfloat;
 }
 
-vk::raii::Device make_device(const FoundDevice& chosen) {
+vk::raii::Device make_device(const FoundDevice& chosen, const std::vector<const char*>& extensions,
+                             const void* features_of_extensions) {
   using Feature = vk::FormatFeatureFlagBits;
   for (const vk::Format format : {format_of(Kind::pairs), format_of(Kind::fours)}) {
     const vk::FormatFeatureFlags needed = Feature::eUniformTexelBuffer | Feature::eStorageTexelBuffer;
@@ -147,7 +168,8 @@ vk::raii::Device make_device(const FoundDevice& chosen) {
   features.shaderStorageImageExtendedFormats = VK_TRUE;
   const float priority = 1.0F;
   const vk::DeviceQueueCreateInfo queue({}, chosen.queue_family, 1, &priority);
-  return chosen.physical.createDevice(vk::DeviceCreateInfo({}, queue, {}, {}, &features));
+  return chosen.physical.createDevice(
+      vk::DeviceCreateInfo({}, queue, {}, extensions, &features, features_of_extensions));
 }
 
 } // namespace hdmbench::vulkan

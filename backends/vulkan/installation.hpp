@@ -43,8 +43,19 @@ struct Installation {
 /// Returns the format of a texel of an array of this kind.
 [[nodiscard]] vk::Format format_of(Kind kind);
 
+constexpr std::uint32_t bytes_told = 128; ///< of push constants, as every device has them
+
+/// What is bound at a binding (backends/device/device.hpp).
+[[nodiscard]] vk::DescriptorType type_of(std::size_t number);
+/// Those of all programs.
+[[nodiscard]] vk::raii::DescriptorSetLayout make_set_layout(const vk::raii::Device& device);
+[[nodiscard]] vk::raii::PipelineLayout make_layout(const vk::raii::Device& device,
+                                                   const vk::raii::DescriptorSetLayout& set_layout);
+
 /// A logical device with one queue. Throws DeviceError where it lacks a format or a feature that Vulkan
 /// leaves optional.
-[[nodiscard]] vk::raii::Device make_device(const FoundDevice& chosen);
+[[nodiscard]] vk::raii::Device make_device(const FoundDevice& chosen,
+                                           const std::vector<const char*>& extensions = {},
+                                           const void* features_of_extensions = nullptr);
 
 } // namespace hdmbench::vulkan

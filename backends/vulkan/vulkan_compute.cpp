@@ -21,29 +21,8 @@ using Usage = vk::BufferUsageFlagBits;
 using Stage = vk::PipelineStageFlagBits;
 using Access = vk::AccessFlagBits;
 
-constexpr std::uint32_t bytes_told = 128; ///< of push constants, as every device has them
 /// More combinations of arrays than the levels of a session make.
 constexpr std::uint32_t most_sets = 1024;
-
-vk::DescriptorType type_of(std::size_t number) {
-  return number < binding::first_words     ? vk::DescriptorType::eStorageTexelBuffer
-         : number < binding::first_fetched ? vk::DescriptorType::eStorageBuffer
-                                           : vk::DescriptorType::eUniformTexelBuffer;
-}
-
-vk::raii::DescriptorSetLayout make_set_layout(const vk::raii::Device& device) {
-  std::array<vk::DescriptorSetLayoutBinding, binding::count> bindings;
-  for (std::uint32_t i = 0; i < binding::count; ++i) {
-    bindings[i] = {i, type_of(i), 1, vk::ShaderStageFlagBits::eCompute};
-  }
-  return {device, vk::DescriptorSetLayoutCreateInfo({}, bindings)};
-}
-
-vk::raii::PipelineLayout make_layout(const vk::raii::Device& device,
-                                     const vk::raii::DescriptorSetLayout& set_layout) {
-  const vk::PushConstantRange told(vk::ShaderStageFlagBits::eCompute, 0, bytes_told);
-  return {device, vk::PipelineLayoutCreateInfo({}, *set_layout, told)};
-}
 
 vk::raii::DescriptorPool make_set_pool(const vk::raii::Device& device) {
   std::array<vk::DescriptorPoolSize, binding::count> sizes;

@@ -1,5 +1,6 @@
 #include "backends/cpu/cpu.hpp"
 #include "backends/shared/kept_arithmetic.hpp"
+#include "harness/check/machine_code/compilers.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/process.hpp"
 #include "harness/ranks/message_passing.hpp"
@@ -101,7 +102,7 @@ int run_program(std::span<char*> words, Ranks* ranks) {
                                 add_accuracy,    add_continuum,    add_atlas,
                                 add_tradeoff,    add_browser,      add_report,
                                 add_export,      add_fem_to_image, add_positions_to_displacements,
-                                add_energy_plot, add_tune}) {
+                                add_energy_plot, add_tune,         add_machine_code}) {
     add(program, call);
   }
   std::vector<std::string> names;
@@ -162,6 +163,7 @@ int run_and_explain(std::span<char*> words) {
 int main(int argc, char** argv) {
   ask_drivers_apart(argc, argv);
   read_images_apart(argc, argv);
+  compile_apart(argc, argv);
   set_environment(argv);
   keep_standard_streams();
   std::signal(SIGXFSZ, SIG_IGN); // a file that grows beyond its limit is then an error as any other

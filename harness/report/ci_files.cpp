@@ -18,7 +18,19 @@ static std::string short_size(const nlohmann::json& row) {
   return size;
 }
 
-void write_junit(const std::filesystem::path& file, const nlohmann::json& rows) {
+namespace {
+
+struct JunitCase {
+  std::string class_name;
+  std::string name;
+  std::string skipped{}; ///< why; empty: it was not
+  std::string failure{}; ///< likewise
+  std::string repeat{};
+};
+
+template <typename CaseOf>
+void write_cases(const std::filesystem::path& file, std::string_view command, const nlohmann::json& rows,
+                 const CaseOf& case_of) {
   if (file.empty()) {
     return;
   }
@@ -26,28 +38,60 @@ void write_junit(const std::filesystem::path& file, const nlohmann::json& rows) 
   int failures = 0;
   int skipped = 0;
   for (const nlohmann::json& row : rows) {
-    const std::string verdict = text_of(row, "verdict");
-    const std::string backend = text_of(row, "backend");
-    const std::string method = text_of(row, "method");
-    cases += fmt::format(R"(  <testcase classname="{}.{}.{}" name="{} {}">)", escape(text_of(row, "scene")),
-                         short_size(row), escape(method), escape(backend), escape(text_of(row, "mode")));
-    if (verdict == "skipped") {
+    const JunitCase one = case_of(row);
+    cases +=
+        fmt::format(R"(  <testcase classname="{}" name="{}">)", escape(one.class_name), escape(one.name));
+    if (!one.skipped.empty()) {
       ++skipped;
-      cases += fmt::format(R"(<skipped message="{}"/>)", escape(text_of(row, "reason")));
-    } else if (verdict != "agree" && verdict != "certified") {
+      cases += fmt::format(R"(<skipped message="{}"/>)", escape(one.skipped));
+    } else if (!one.failure.empty()) {
       ++failures;
-      cases +=
-          fmt::format(R"(<failure message="{}: {} sites differ, {} counts are wrong. {}">{}</failure>)",
-                      escape(verdict), row.value("sites_differing", 0L), row.value("counts_differing", 0L),
-                      escape(text_of(row, "reason")), escape(text_of(row, "repeat")));
+      cases += fmt::format(R"(<failure message="{}">{}</failure>)", escape(one.failure), escape(one.repeat));
     }
     cases += "</testcase>\n";
   }
-  write_text(
-      file,
-      fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n <testsuite name=\"hdmbench "
-                  "verify\" tests=\"{}\" failures=\"{}\" skipped=\"{}\">\n{} </testsuite>\n</testsuites>\n",
-                  rows.size(), failures, skipped, cases));
+  write_text(file, fmt::format("<?xml version=\"1.0\" encoding=\"UTF-8\"?>\n<testsuites>\n <testsuite "
+                               "name=\"hdmbench {}\" tests=\"{}\" failures=\"{}\" "
+                               "skipped=\"{}\">\n{} </testsuite>\n</testsuites>\n",
+                               command, rows.size(), failures, skipped, cases));
+}
+
+} // namespace
+
+void write_junit(const std::filesystem::path& file, const nlohmann::json& rows) {
+  write_cases(file, "verify", rows, [](const nlohmann::json& row) {
+    const std::string verdict = text_of(row, "verdict");
+    const std::string reason = text_of(row, "reason");
+    JunitCase one{.class_name =
+                      fmt::format("{}.{}.{}", text_of(row, "scene"), short_size(row), text_of(row, "method")),
+                  .name = fmt::format("{} {}", text_of(row, "backend"), text_of(row, "mode"))};
+    if (verdict == "skipped") {
+      one.skipped = reason.empty() ? verdict : reason;
+    } else if (verdict != "agree" && verdict != "certified") {
+      one.failure = fmt::format("{}: {} sites differ, {} counts are wrong. {}", verdict,
+                                row.value("sites_differing", 0L), row.value("counts_differing", 0L), reason);
+      one.repeat = text_of(row, "repeat");
+    }
+    return one;
+  });
+}
+
+void write_junit_of_machine_code(const std::filesystem::path& file, const nlohmann::json& rows) {
+  write_cases(file, "machine-code", rows, [](const nlohmann::json& row) {
+    const std::string verdict = text_of(row, "verdict");
+    JunitCase one{.class_name = fmt::format("{}.{}", text_of(row, "target"), text_of(row, "text")),
+                  .name = fmt::format("{}, {} axes", text_of(row, "kernel"), row.value("axes", 0))};
+    if (verdict == "not there") {
+      one.skipped = text_of(row, "reason");
+    } else if (verdict != "no fused operation") {
+      one.failure = fmt::format("{}: {}", verdict, text_of(row, "reason"));
+      for (const nlohmann::json& line : row["fused_lines"]) {
+        one.failure += line.get<std::string>() + "; ";
+      }
+      one.repeat = fmt::format("hdmbench machine-code --targets {}", text_of(row, "target"));
+    }
+    return one;
+  });
 }
 
 void write_google_benchmark(const std::filesystem::path& file, const Context& context,

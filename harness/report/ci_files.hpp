@@ -17,6 +17,9 @@ namespace hdmbench::report {
 /// after scene, size and method. Disagreeing and mistrusted ones fail, and say the command line that repeats
 /// them.
 void write_junit(const std::filesystem::path& file, const nlohmann::json& rows);
+/// The same of rows of `machine-code`: a program is a test case, in a class named after target and text. Of a
+/// compiler that is not there one is skipped.
+void write_junit_of_machine_code(const std::filesystem::path& file, const nlohmann::json& rows);
 
 /// Writes rows of `bench` in Google Benchmark's JSON schema (its compare.py, dashboards): a sample is a
 /// repetition, `real_time` are seconds of a whole solution without set-up, reported in milliseconds. A row

@@ -87,6 +87,33 @@ function probe(rows) {
   ];
 }
 
+// Machine code for GPUs that are not there
+
+/// One line a text, one column a target: its programs, those with fused operations, and the most that one takes.
+function machine_code(rows) {
+  const lines = [...group_by(rows.filter((row) => row.text), (row) => `${row.text}, ${row.axes} axes`)]
+    .map(([text, programs]) => ({ text, of: group_by(programs, "target") }));
+  const words = (programs) => {
+    const most = (key) => Math.max(...programs.map((row) => row[key] ?? 0));
+    const fused = programs.filter((row) => row.verdict !== "no fused operation").length;
+    return `${fused ? `${fused} of ` : ""}${plural(programs.length, "program")}${fused ? " not so" : ""}, ` +
+      `${count(most("instructions"))} instructions, ${most("registers") || "?"} registers, ${most("local_bytes")} bytes`;
+  };
+  const targets = distinct(rows, "target").map((name) => ({
+    key: (line) => line.of.has(name) ? words(line.of.get(name)) : undefined,
+    title: name,
+    format: (value, line) => el("span", {
+      class: !value ? "soft" : line.of.get(name).every((row) => row.fused === 0) ? "good" : "bad",
+    }, value ?? "not there"),
+  }));
+  return [
+    text("What compilers for GPUs make of every program, without the GPU. Green: no multiplication is fused with a sum, so the " +
+      "bits are the specification's as far as arithmetic goes. Then the most that one of the programs takes."),
+    table(lines, [...columns("text"), ...targets]),
+    table_of(rows, PAGE.tables.machine_code),
+  ];
+}
+
 // Several ranks
 
 function median(values) {

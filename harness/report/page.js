@@ -18,7 +18,7 @@ function plain(rows) {
 }
 
 /// What draws a part, by its name in page.json: from its rows, and `data`.
-const DRAW = { tradeoff, pictures, agreement, speed, accuracy, continuum, atlas, probe, scaling, registration, detection,
+const DRAW = { tradeoff, pictures, agreement, speed, accuracy, continuum, atlas, probe, machine_code, scaling, registration, detection,
   plain, figures };
 
 const minute = (date) => String(date ?? "").slice(0, 16).replace("T", " ");

@@ -52,6 +52,9 @@ std::string on_driver(const json& row) {
   return fmt::format("{} on {} ({})", text_of(row, "backend"), text_of(row, "implementation"),
                      text_of(row, "outcome"));
 }
+std::string for_gpu(const json& row) {
+  return fmt::format("{}, {}, for {}", text_of(row, "text"), text_of(row, "kernel"), text_of(row, "target"));
+}
 std::string on_backend(const json& row) {
   return text_of(row, row.contains("fault") ? "fault" : "kind") + " on " + text_of(row, "backend");
 }
@@ -120,6 +123,13 @@ constexpr std::array checks{
                    !says(row, "outcome", "absent");
           },
           on_driver, "backends on other drivers gave no answer"},
+    Check{bad, "machine-code", [](const json& row) { return says(row, "verdict", "fused"); }, for_gpu,
+          "programs for GPUs have fused operations"},
+    Check{unsure, "machine-code",
+          [](const json& row) {
+            return !says(row, "verdict", "fused") && !says(row, "verdict", "no fused operation");
+          },
+          for_gpu, "programs for GPUs were not compiled"},
     Check{bad, "faults", is_missed, on_backend,
           "planted faults and controls came out otherwise than expected"},
     Check{unsure, "faults", [](const json& row) { return !is_missed(row) && !fault_ran(row); }, on_backend,
@@ -153,6 +163,8 @@ constexpr std::array checks{
           "solutions have the hashes that are committed with the program"},
     Check{good, "implementations", [](const json& row) { return says(row, "outcome", "passed"); }, nullptr,
           "backends on other drivers agree with scalar, too"},
+    Check{good, "machine-code", [](const json& row) { return says(row, "verdict", "no fused operation"); },
+          nullptr, "programs for GPUs that are not there have no fused operation"},
     Check{good, "faults", [](const json& row) { return !is_missed(row) && fault_ran(row); }, nullptr,
           "planted faults and controls came out as expected"},
     Check{good, "failing-calls", [](const json& row) { return !is_unclean(row); }, nullptr,
@@ -253,8 +265,8 @@ void find_in_verify(Findings& findings, const Results& results, std::string_view
 Verdict verdict_of(const Results& results, std::string_view machine) {
   Findings findings;
   find_in_verify(findings, results, machine);
-  for (const char* const command :
-       {"golden", "implementations", "faults", "failing-calls", "accuracy", "tradeoff", "run", "bench"}) {
+  for (const char* const command : {"golden", "implementations", "machine-code", "faults", "failing-calls",
+                                    "accuracy", "tradeoff", "run", "bench"}) {
     const Rows rows = rows_where(rows_of(results, command, machine),
                                  [](const json& row) { return !says(row, "kind", "equal accuracy"); });
     const bool is_judged = command == std::string_view("accuracy") || command == std::string_view("tradeoff");

@@ -2,6 +2,7 @@
 // HDM_AXES, STEP, HAS_LOAD, IS_IMAGE, BY_LIST, LANES, ROWS, COLUMNS and TOGETHER.
 
 #include "language.cl"
+#include "elastic_steps.h"
 
 typedef struct Coefficients Coefficients;
 typedef struct Stretch Stretch;
@@ -32,9 +33,13 @@ typedef struct {
   Told told;
 } Arrays;
 
-// One work item has many columns side by side, which become SIMD; many items have few each, in loops of a known length, so
-// that their arrays are registers.
-#if LANES == 1
+// One item on a CPU has many columns, which become SIMD. On a GPU an item has few: loops over all of them, whose number is
+// a constant, are unrolled, and arrays of columns are registers and no memory.
+#if LANES > 1
+#define SITES_SIDE_BY_SIDE HDM_UNROLLED
+#define COUNT(left, columns) (columns)
+#define IS_THERE(column) ((column) < MY(place).width)
+#else
 #ifdef __clang__
 #define SITES_SIDE_BY_SIDE _Pragma("clang loop vectorize(assume_safety) vectorize_width(16)")
 #else
@@ -42,10 +47,6 @@ typedef struct {
 #endif
 #define COUNT(left, columns) (MY(place).width - (left) < (columns) ? MY(place).width - (left) : (columns))
 #define IS_THERE(column) true
-#else
-#define SITES_SIDE_BY_SIDE HDM_UNROLLED
-#define COUNT(left, columns) (columns)
-#define IS_THERE(column) ((column) < MY(place).width)
 #endif
 #define ONLY_WHERE(condition) if (condition)
 #define ARRAYS const Arrays *a, Work *work,
@@ -56,10 +57,10 @@ typedef struct {
 #define SITE_COLUMNS COLUMNS
 #define SITE_ROWS ROWS
 #define TOLD(i) a->told.words[i]
+#define CODE_TOLD(number) code_told(a, number)
 #define REAL_TOLD(i) as_float(TOLD(i))
 #define PLANE ((size_t)TOLD(3))
-#define SLOT(number) ((number) == 0 ? a->from : (number) == 1 ? a->second : a->third)
-#define FIELD(single, slot) (TOGETHER != 0 ? SLOT(work->slot) + base : a->single)
+#define FIELD(single, slot) (TOGETHER != 0 ? slot_of(a, work->slot) + base : a->single)
 // Arrays of sums have one plane.
 #define GET_FROM(c, i)                                                                         \
   HDM_UNROLLED                                                                                 \
@@ -85,6 +86,23 @@ typedef struct {
     FIELD(to, stored_slot)[axis * PLANE + (i)] = components.along[axis];                                                   \
   }
 #define WAIT_FOR_ALL barrier(CLK_GLOBAL_MEM_FENCE)
+
+// Without an index or an address that is known at run time only: a GPU would put all that a kernel is told into memory.
+HDM_FUNCTION __global float* slot_of(const Arrays* a, int number) {
+  __global float* from = a->from;
+  __global float* second = a->second;
+  __global float* third = a->third;
+  return number == 0 ? from : number == 1 ? second : third;
+}
+HDM_FUNCTION int code_told(const Arrays* a, int number) {
+  int code = 0;
+  HDM_UNROLLED
+  for (int i = 0; i < ELASTIC_TOGETHER_STEPS; ++i) {
+    int told = TOLD(12 + i);
+    code = i == number ? told : code;
+  }
+  return code;
+}
 
 #include "elastic_sites.h"
 

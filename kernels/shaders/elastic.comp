@@ -63,6 +63,7 @@ layout(binding = ELASTIC_INVERSE) uniform samplerBuffer inverse;
     }                              \
   }
 #define TOLD(i) told[i]
+#define CODE_TOLD(number) told[12 + (number)]
 #define REAL_TOLD(i) intBitsToFloat(told[i])
 #define NUMBER_OF(array, texels, i, entry) texelFetch(array, (texels) * (i) + (entry) / 4)[(entry) % 4]
 #define RESPONSE(i, entry) NUMBER_OF(response, HDM_AXES - 1, base + (i), entry)

@@ -12,6 +12,7 @@
 // - ARRAYS, WITH_ARRAYS: parameter and argument of functions that use what follows, with a comma.
 // - MY(name): a variable of the struct Work. WORK_OF_ITEM declares one where it is no argument.
 // - TOLD(i), REAL_TOLD(i): word i of ElasticParameters or ElasticTogether.
+// - CODE_TOLD(number): one of the codes of ElasticTogether.
 // - GET_FROM(components, i), GET_SECOND(components, i): assign what a field has at a site.
 // - STORE(i, components): stores them.
 // - RESPONSE(i, entry), MOMENT(i, number): the numbers of a site and of a cell that do not change.
@@ -274,7 +275,7 @@ HDM_FUNCTION void do_share(ARRAYS int item, int items) {
   }
 #else
   for (int number = 0; number < TOLD(11); ++number) {
-    int code = TOLD(12 + number);
+    int code = CODE_TOLD(number);
     int level = code >> 10;
     MY(step) = code & 15;
     MY(from_slot) = code >> 4 & 3;

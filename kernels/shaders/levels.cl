@@ -19,8 +19,8 @@ typedef struct {
 
 // What is read of a coarse plane by column, between two rows of a slice.
 HDM_FUNCTION real between_rows(__global const float* plane, int slice, float4 column, float4 row, LevelPass p) {
-  __global const float* north = plane + ((size_t)slice * p.from_height + (size_t)row.x) * p.from_width;
-  __global const float* south = plane + ((size_t)slice * p.from_height + (size_t)row.y) * p.from_width;
+  __global const float* north = plane + ((size_t)slice * p.from_height + (uint)row.x) * p.from_width;
+  __global const float* south = plane + ((size_t)slice * p.from_height + (uint)row.y) * p.from_width;
   int west = (int)column.x;
   int east = (int)column.y;
   return projected(north[west], north[east], south[west], south[east], column.z, row.z);
@@ -30,9 +30,10 @@ kernel void level_pass(__global const float* displacement, __global float* impro
                        __global const float* observation, __global float* sampled_material,
                        __global float* sampled_observation, __global const float4* entries, __global uint* changed,
                        LevelPass p) {
-  int y = get_group_id(0) % p.height;
-  int z = get_group_id(0) / p.height;
-  size_t start = (size_t)p.origin + (size_t)get_group_id(0) * (size_t)p.width;
+  uint group = (uint)get_group_id(0); // 64 bits are divided slowly, and slowly made of a float
+  int y = (int)(group % (uint)p.height);
+  int z = (int)(group / (uint)p.height);
+  size_t start = (size_t)p.origin + (size_t)group * (size_t)p.width;
 #if PASS == LEVEL_COUNT
   uint differing = 0;
   for (int x = get_local_id(0); x < p.width; x += get_local_size(0)) {
@@ -53,8 +54,8 @@ kernel void level_pass(__global const float* displacement, __global float* impro
     float4 column = entries[p.first_column + x];
     size_t to = start + (size_t)x;
 #if PASS == LEVEL_SAMPLE
-    size_t from = (size_t)p.from_origin + (size_t)column.w +
-                  ((size_t)slice.w * (size_t)p.from_height + (size_t)row.w) * (size_t)p.from_width;
+    size_t from = (size_t)p.from_origin + (uint)column.w +
+                  ((size_t)(uint)slice.w * (size_t)p.from_height + (uint)row.w) * (size_t)p.from_width;
     for (int number = 0; number < 2; ++number) {
       sampled_material[number * (size_t)p.plane + to] = material[number * (size_t)p.from_plane + from];
     }

@@ -1,0 +1,59 @@
+#include "backends/opencl/program_text.hpp"
+
+#include "backends/shared/energy_programs.hpp"
+#include "kernels/shaders/elastic_steps.h"
+
+#include <fmt/format.h>
+#include <shaders/elastic_opencl.hpp>
+#include <shaders/levels_opencl.hpp>
+#include <shaders/loops_opencl.hpp>
+#include <shaders/sweep_opencl.hpp>
+
+#include <map>
+
+namespace hdmbench::opencl {
+
+Source source_of(Kernel kernel) {
+  using namespace binding;
+  static const std::map<Kernel, Source> all{
+      // the others are for devices with shared memory
+      {Kernel::sweep,
+       {"sweep",
+        {displacement, improved, material, observation, inverse_curvature, inputs, tiles, flags},
+        sources::sweep_opencl}},
+      {Kernel::levels,
+       {"level_pass",
+        {displacement, improved, material, observation, sampled_material, sampled_observation, entries,
+         counter},
+        sources::levels_opencl}},
+      {Kernel::elastic,
+       {"elastic_step",
+        {ELASTIC_FROM, ELASTIC_SECOND, ELASTIC_THIRD, ELASTIC_STORED, ELASTIC_MOMENTS, ELASTIC_RESPONSE,
+         ELASTIC_MATRICES, ELASTIC_INVERSE, ELASTIC_TOUCHED},
+        sources::elastic_opencl,
+        sizeof(Dispatch::words)}},
+      {Kernel::loops, {"loop", {source, target}, sources::loops_opencl}}};
+  return all.at(kernel);
+}
+
+std::string program_text(const ProgramKind& kind, std::string_view language, std::string_view of_kernel) {
+  std::string text =
+      fmt::format("#define HDM_INPUTS {}\n#define HDM_AXES {}\n", kind.energy->inputs, kind.axes);
+  for (const ProgramKind::Constant& constant : kind.constants) {
+    text += fmt::format("#define {} {}\n", constant.name, constant.value);
+  }
+  text += language;
+  text += of_kernel;
+  constexpr std::string_view include = "#include \"energy.inc\"";
+  const auto at = text.find(include);
+  if (at != std::string::npos) {
+    text.replace(at, include.size(), programs_of(*kind.energy).text);
+  }
+  return text;
+}
+
+std::string program_text(const ProgramKind& kind) {
+  return program_text(kind, "", source_of(kind.kernel).text);
+}
+
+} // namespace hdmbench::opencl
