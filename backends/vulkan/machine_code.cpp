@@ -95,6 +95,8 @@ std::string compile_by_radv(std::span<const Words> programs,
       for (const vk::PipelineExecutableStatisticKHR& one : device.getPipelineExecutableStatisticsKHR(of)) {
         code.statistics[text_of(one.name)] = value_of(one);
       }
+      const vk::PipelineInfoKHR whole(*pipeline);
+      code.statistics["Subgroup size"] = device.getPipelineExecutablePropertiesKHR(whole).at(0).subgroupSize;
       done(code);
     }
     return describe(chosen.physical).driver;

@@ -14,7 +14,8 @@ namespace hdmbench::vulkan {
 /// What a driver makes of a program.
 struct MachineCode {
   std::string assembly;                            ///< in the driver's words
-  std::map<std::string, std::uint64_t> statistics; ///< likewise: "VGPRs", "Scratch size"
+  std::map<std::string, std::uint64_t> statistics; ///< likewise: "VGPRs", "Scratch size" (of a
+                                                   ///< subgroup), "Subgroup size"
 };
 
 /// The module without the word that forbids to fuse its operations, NoContraction: what `precise` becomes.

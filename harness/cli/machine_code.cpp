@@ -72,7 +72,8 @@ std::string lines_of(const json& row) {
 std::set<std::string> not_found(const json& rows) {
   std::map<std::string, int> fused; // by target and text
   for (const json& row : rows) {
-    if (is_there(row)) {
+    const auto target = std::ranges::find(gpu_targets(), row["target"].get<std::string>(), &GpuTarget::name);
+    if (is_there(row) && target->fuses) {
       fused[row_text("{target}: {text}, {axes} axes", row)] +=
           row["fused"].is_null() ? 0 : row["fused"].get<int>();
     }
@@ -90,7 +91,7 @@ int judge(const Call& call, const json& rows) {
   if (call[planted]) {
     const std::set<std::string> missed = not_found(rows);
     fmt::print("\nWithout the word that forbids it: {}\n",
-               missed.empty() ? "fused operations are found in every text, on every target"
+               missed.empty() ? "fused operations are found in every text, on every target that has them"
                               : fmt::format("NOTHING IS FOUND in {}", fmt::join(missed, "; ")));
     return missed.empty() ? success : disagreement;
   }

@@ -27,9 +27,10 @@ using nlohmann::json;
 using Path = std::filesystem::path;
 using Words = std::vector<std::string>;
 
-constexpr std::array all_targets{GpuTarget{"polaris10", "AMD GCN 4", GpuCompiler::radv, 256},
-                                 GpuTarget{"vega10", "AMD GCN 5", GpuCompiler::radv, 256},
+constexpr std::array all_targets{// RADV makes multiply-adds that round twice for GCN.
+                                 GpuTarget{"vega10", "AMD GCN 5", GpuCompiler::radv, 256, false},
                                  GpuTarget{"navi21", "AMD RDNA 2", GpuCompiler::radv, 256},
+                                 GpuTarget{"vangogh", "AMD RDNA 2, APU", GpuCompiler::radv, 256},
                                  GpuTarget{"gfx1100", "AMD RDNA 3", GpuCompiler::radv, 256},
                                  GpuTarget{"gfx900", "AMD GCN 5", GpuCompiler::clang_amd, 256},
                                  GpuTarget{"gfx1030", "AMD RDNA 2", GpuCompiler::clang_amd, 256},
@@ -173,19 +174,29 @@ std::string nvidia_tool(const char* name) {
 }
 
 /// Adds what ptxas says, and the operations of its machine code where there is something that shows them.
-void add_by_ptxas(json& row, const GpuTarget& target, const Path& folder) {
+void add_by_ptxas(json& row, const GpuTarget& target, const std::string& code, const Path& folder) {
   const std::string ptxas = nvidia_tool("ptxas");
   if (ptxas.empty()) {
     return;
   }
+  // Without the lines of the text, which ptxas does not take in this form.
+  std::istringstream lines(code.substr(0, code.find("\t.section")));
+  std::string ptx;
+  for (std::string line; std::getline(lines, line);) {
+    const bool is_of_lines = line.starts_with("\t.loc") || line.starts_with("\t.file");
+    ptx += is_of_lines ? "" : line.substr(0, line.find(", debug")) + '\n';
+  }
+  const Path file = folder / "code.ptx";
   const std::string cubin = (folder / "code.cubin").string();
+  write_text(file, ptx);
   Ran said;
   try {
-    said = run(
-        {ptxas, "-v", fmt::format("-arch={}", target.name), "-o", cubin, (folder / "assembly.s").string()},
-        folder);
-  } catch (const DeviceError&) { // newer ones have given up older GPUs
-    return;
+    said = run({ptxas, "-v", fmt::format("-arch={}", target.name), "-o", cubin, file.string()}, folder);
+  } catch (const DeviceError& error) {
+    if (std::string_view(error.what()).find("gpu-name") == std::string_view::npos) {
+      throw;
+    }
+    return; // newer ones have given up older GPUs
   }
   constexpr int bytes_of_register = 4;
   const std::string words = said.errors + said.output;
@@ -208,7 +219,7 @@ json by_clang_for_nvidia(const GpuTarget& target, const std::string& text, const
   json row = fields_of(count_operations(InstructionSet::ptx, code, text));
   add(row, "local_bytes", number_after(code, "__local_depot0[").value_or(0));
   row["denormals"] = code.find(".ftz") == std::string::npos ? "kept" : "flushed";
-  add_by_ptxas(row, target, folder);
+  add_by_ptxas(row, target, code, folder);
   return row;
 }
 

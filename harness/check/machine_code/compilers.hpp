@@ -19,7 +19,8 @@ struct GpuTarget {
   std::string_view name; ///< the compiler's: "navi21"
   std::string_view gpu;  ///< for people: "AMD RDNA 2"
   GpuCompiler compiler;
-  int registers; ///< that an invocation may have; 0: the compiler does not say how many it took
+  int registers;     ///< that an invocation may have; 0: the compiler does not say how many it took
+  bool fuses = true; ///< whether the compiler fuses what is not forbidden
 };
 
 [[nodiscard]] std::span<const GpuTarget> gpu_targets();

@@ -109,12 +109,6 @@ json machine_code(const MachineCodeOptions& options, Progress& progress) {
   std::vector<json> rows;                       // by job, so that their order is none of the threads'
   std::vector<std::function<void()>> jobs;
   const std::vector<GpuTarget> targets = chosen_targets(options.targets);
-  progress.describe("which programs a GPU is asked to compile");
-  for (const GpuTarget& target : targets) {
-    if (!programs.contains(texts_of(target))) {
-      programs[texts_of(target)] = chosen_programs(texts_of(target), options.kernels);
-    }
-  }
   const auto add_job = [&](std::size_t first, std::size_t count, const auto& compile) {
     jobs.emplace_back([&rows, first, count, compile] {
       json found;
@@ -138,7 +132,11 @@ json machine_code(const MachineCodeOptions& options, Progress& progress) {
       rows.push_back(std::move(row));
       continue;
     }
-    const std::vector<GpuProgram>& own = programs[texts_of(target)];
+    std::vector<GpuProgram>& own = programs[texts_of(target)];
+    if (own.empty()) {
+      progress.describe("which programs a GPU is asked to compile");
+      own = chosen_programs(texts_of(target), options.kernels);
+    }
     const std::size_t first = rows.size();
     for (const GpuProgram& program : own) {
       rows.push_back(row_of(target, program, compilers[target.compiler]));

@@ -164,10 +164,13 @@ std::vector<GpuProgram> gpu_programs(GpuTexts texts) {
         record_cells(usual, texts, kinds);
         continue;
       }
+      std::set<std::pair<Rule, Update>>
+          seen; // a method that differs in its candidates only asks for nothing new
       for (const Method& method : energy->methods) {
         Scene scene = usual;
         use_method(scene, method, 1);
-        if (scene.full.update != Update::sequential) {
+        const Update update = scene.full.update;
+        if (update != Update::sequential && seen.emplace(scene.schedule.rule, update).second) {
           record_sites(scene, texts, kinds);
         }
       }
