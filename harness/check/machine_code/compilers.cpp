@@ -180,7 +180,8 @@ void add_by_ptxas(json& row, const GpuTarget& target, const std::string& code, c
     return;
   }
   // Without the lines of the text, which ptxas does not take in this form.
-  std::istringstream lines(code.substr(0, code.find("\t.section")));
+  constexpr std::string_view end = "\n}\n"; // of the kernel
+  std::istringstream lines(code.substr(0, code.rfind(end, code.find("\t.section")) + end.size()));
   std::string ptx;
   for (std::string line; std::getline(lines, line);) {
     const bool is_of_lines = line.starts_with("\t.loc") || line.starts_with("\t.file");
