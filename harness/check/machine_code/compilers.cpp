@@ -57,7 +57,7 @@ constexpr std::string_view library_of_clang = R"(
 #define barrier(fence) __syncthreads()
 #endif
 #define get_global_id(d) (get_group_id(0) * get_local_size(0) + get_local_id(0))
-#define atomic_add(to, value) __atomic_fetch_add(to, value, __ATOMIC_RELAXED)
+#define atomic_add(to, value) __sync_fetch_and_add(to, value)
 #define fabs(a) __builtin_fabsf(a)
 #define floor(a) __builtin_floorf(a)
 #define min(a, b) ((a) < (b) ? (a) : (b))
