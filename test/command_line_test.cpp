@@ -228,7 +228,7 @@ TEST_F(Inputs, AreNeverReplacedByOutputs) {
   for (const char* arguments :
        {"report v.json --output v.json", "report . --output v.json", "report v.json --output link.json",
         "run scene.toml --json scene.toml", "run scene.toml --json scene.nrrd", "run scene.toml --output .",
-        "verify square scene.toml --json scene.nrrd", "bench --compare v.json --json v.json",
+        "verify square scene.toml --json scene.nrrd", "bench scene.toml --benchmark_out scene.nrrd",
         "accuracy scene.toml --json scene.toml", "bench scene.toml --benchmark-json scene.toml",
         "energy-plot scene.toml --sites 1,1 2,2 --output scene.nrrd", "export scene.toml --output .",
         "register scene.nrrd displacement.nrrd --scene scene.toml --json scene.nrrd",
@@ -279,7 +279,7 @@ TEST(CommandLine, WhatNeverEndsIsNotRead) {
   for (const std::string& endless : {std::string("/dev/zero"), pipe}) {
     const auto scene = folder.write("scene.toml", "[image]\nmodulus = \"" + endless + "\"\n");
     for (const std::string& arguments :
-         {"run " + endless, "report " + endless, "bench square --size 9 --compare " + endless,
+         {"run " + endless, "report " + endless, "bench " + endless,
           "fem-to-image " + endless + " --size 9 --output /dev/null",
           "positions-to-displacements " + endless + " /dev/null", "run " + scene.string(),
           image("a.nrrd", "NRRD0004\ntype: float\ndimension: 2\nsizes: 8 8\nencoding: gzip\ndata file: " +
@@ -407,17 +407,79 @@ TEST(CommandLine, VerifyAndBenchWriteWhatTheCiOfOthersReads) {
   test::expect_run(0,
                    "bench square --size 16 --backends openmp --work dense --repeat 2 --no-ceilings --json " +
                        own.string() + " --benchmark-json " + google.string());
-  nlohmann::json rows = read_json(own)["results"];
-  const nlohmann::json samples = read_json(google)["benchmarks"];
+  const nlohmann::json row = read_json(own)["results"][1];
+  const nlohmann::json file = read_json(google);
+  EXPECT_EQ(file["context"]["hdmbench_commit"], read_json(own)["context"]["commit"]);
+  std::vector<nlohmann::json> samples = file["benchmarks"];
+  std::erase_if(samples, [](const nlohmann::json& one) { return one["run_type"] != "iteration"; });
   ASSERT_EQ(samples.size(), 4U) << "scalar and openmp, two samples each";
-  EXPECT_EQ(samples[3]["name"],
-            fmt::format("square/16x16/icm/openmp/threads:{}", rows[1]["threads"].get<int>()));
+  EXPECT_THAT(
+      samples[3]["name"].get<std::string>(),
+      HasSubstr(fmt::format("square/16x16/hdm/icm/openmp/dense/threads:{}", row["threads"].get<int>())));
   EXPECT_EQ(samples[3]["time_unit"], "ms");
-  EXPECT_DOUBLE_EQ(samples[3]["real_time"], 1000.0 * rows[1]["seconds"][1].get<double>());
-  EXPECT_FALSE(samples[3].contains("error_occurred"));
-  rows[1]["valid"] = false;
-  report::write_google_benchmark(google, Context{}, rows);
-  EXPECT_TRUE(read_json(google)["benchmarks"][3]["error_occurred"]);
+  EXPECT_DOUBLE_EQ(samples[3]["real_time"], 1000.0 * row["seconds"][1].get<double>());
+  EXPECT_NE(samples[3]["cpu_time"], samples[3]["real_time"]) << "measured, not copied";
+  EXPECT_GT(samples[3]["speed_up"], 0.0);
+  EXPECT_THAT(row["command"].get<std::string>(),
+              HasSubstr("hdmbench bench square --size 16x16 --backends openmp --work dense"));
+  test::expect_run(0, "bench square --size 16 --backends openmp --benchmark_list_tests",
+                   HasSubstr("square/16x16/hdm/icm/openmp/active"));
+  test::expect_run(0,
+                   "bench square --size 16 --backends openmp --no-ceilings --benchmark_filter=openmp/dense "
+                   "--benchmark_format=console",
+                   AllOf(HasSubstr("Time             CPU"), Not(HasSubstr("/active"))));
+}
+
+/// What is ended by whoever lost patience has the rows that it had.
+TEST(CommandLine, AnInterruptedCommandLeavesWhatItMeasured) {
+  const test::TemporaryFolder folder;
+  const auto script = folder.write("cut.sh", fmt::format(R"(cd {}
+'{}' tradeoff square --size 128 --backends openmp --json rows.json > /dev/null 2>&1 &
+for i in $(seq 600); do grep -qs '"cut"' rows.json && break; sleep 0.1; done
+kill -9 $!
+)",
+                                                         folder.path().string(), HDMBENCH_PROGRAM));
+  ASSERT_EQ(std::system(("bash " + script.string()).c_str()), 0);
+  const nlohmann::json left = read_json(folder.path() / "rows.json");
+  EXPECT_EQ(left["cut"], true);
+  EXPECT_GT(left["results"].size(), 0U);
+  test::expect_run(0, "report " + folder.path().string() + " --output " + (folder.path() / "a.html").string(),
+                   HasSubstr("ended before it had all rows: rows.json"));
+  test::expect_run(0, "tradeoff square --size 9 --quick --methods icm --json " +
+                          (folder.path() / "b.json").string());
+  EXPECT_FALSE(read_json(folder.path() / "b.json").contains("cut"));
+}
+
+/// A row's command makes the row again.
+TEST(CommandLine, TheCommandOfARowCanBeRun) {
+  const test::TemporaryFolder folder;
+  const std::string there = "cd " + folder.path().string() + ";";
+  for (const char* const command :
+       {"tradeoff square --size 16 --quick --backends openmp --methods "
+        "icm,full-multigrid,as-needed-elastic,fem-cg",
+        "bench square --size 16 --backends openmp --no-ceilings --repeat 1 --scaling"}) {
+    ASSERT_EQ(hdmbench(fmt::format("{} --json rows.json", command), there).status, 0) << command;
+    std::size_t number = 0;
+    const nlohmann::json made = read_json(folder.path() / "rows.json")["results"];
+    for (const nlohmann::json& row : made) {
+      if (!row.contains("command") || number++ % 2 == 1) {
+        continue;
+      }
+      const std::string again = row["command"];
+      ASSERT_THAT(again, testing::StartsWith("hdmbench "));
+      EXPECT_EQ(again.find("--poisson 0") != std::string::npos,
+                row.value("poisson_used", 0.3) == 0.0 && !row.value("rival", false))
+          << again;
+      const test::Outcome outcome = hdmbench(again.substr(9) + " --json again.json", there);
+      ASSERT_EQ(outcome.status, 0) << again << '\n' << outcome.output;
+      const auto rows = read_json(folder.path() / "again.json")["results"];
+      EXPECT_TRUE(std::ranges::any_of(rows, [&](const nlohmann::json& other) {
+        return other["method"] == row["method"] ||
+               (row["method"] == "as-needed-elastic" && other.contains("plan"));
+      })) << again;
+    }
+    EXPECT_GT(number, 3U);
+  }
 }
 
 } // namespace

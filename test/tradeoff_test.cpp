@@ -51,8 +51,10 @@ TEST(ParetoFront, RandomRowsAreBeatenOrOnIt) {
 class Tradeoff : public testing::Test {
 protected:
   std::vector<Judged> measured(const std::vector<const Backend*>& backends,
-                               const std::vector<std::string>& names) {
+                               const std::vector<std::string>& names,
+                               const std::vector<std::string>& charted = {}) {
     JudgeOptions options;
+    options.charted = charted;
     options.repeats = 2;
     options.methods = names;
     return measure_tradeoff(scene_, backends, options, progress_);
@@ -98,6 +100,18 @@ TEST_F(Tradeoff, MeasuresMethodsAtAllEffortsAndTheirRivals) {
       }
     }
     EXPECT_EQ(std::ranges::count_if(tradeoff, [](const auto& point) { return point.method == "fem-cg"; }), 6);
+  }
+}
+
+TEST_F(Tradeoff, ChartsTheBackendsThatWereNamed) {
+  const std::vector<Judged> tradeoff = measured({&scalar_, &openmp_}, {"icm", "sequential"}, {"scalar"});
+  EXPECT_EQ(on(tradeoff, "scalar").size(), 7U) << "all efforts of both methods: 4 and 3";
+  EXPECT_EQ(on(tradeoff, "openmp").size(), 2U) << "the usual effort only";
+  const std::vector<Judged> both = measured({&scalar_, &openmp_}, {"icm"}, {"openmp", "scalar"});
+  EXPECT_EQ(on(both, "scalar").size(), 4U);
+  EXPECT_EQ(on(both, "openmp").size(), 4U);
+  for (const Judged& point : both) {
+    EXPECT_EQ(point.status, JudgedStatus::ok) << point.reason;
   }
 }
 

@@ -89,6 +89,11 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
                                  "verify, bench, tradeoff and accuracy do",
                                  scene.name, scene.energy->name));
   }
+  if (given.contains("poisson") && !scene.energy->is_of_cells() && !meets_truths) {
+    throw InputError(
+        "--poisson has no effect here: the thesis's energy has no Poisson's ratio; give --energy "
+        "elastic, or leave it out");
+  }
   require_memory(scene.extent(), *scene.energy);
   scene.exact = scene.exact && !has_method && energy == nullptr;
   for (const ScheduleKey& key : schedule_keys()) {
@@ -180,14 +185,15 @@ const Backend& choose_backend(const Call& call, const std::vector<std::unique_pt
   return found;
 }
 
-std::string session_words(const Call& call) {
-  const SessionOptions session = call.session();
+std::string session_words(const SessionOptions& session) {
   return (session.device.empty() ? "" : " --device " + shell_word(session.device)) +
          (session.threads == 0 ? "" : fmt::format(" --threads {}", session.threads));
 }
 
-std::string repeat_line(const Call& call, const Scene& scene, std::string_view backend) {
+std::string repeat_line(const Call& call, const Scene& scene, std::string_view backend, int threads) {
   std::string line = fmt::format("hdmbench {}", call.command->get_name());
+  SessionOptions session = call.session();
+  session.threads = threads > 0 ? threads : session.threads;
   if (const std::size_t on = backend.find(" on "); on != std::string_view::npos) { // "openmp on 4 ranks"
     const std::string_view count = backend.substr(on + 4);
     line = fmt::format("mpirun -n {} {}", count.substr(0, count.find(' ')), line);
@@ -196,10 +202,12 @@ std::string repeat_line(const Call& call, const Scene& scene, std::string_view b
   if (!scene.source.empty()) {
     line += fmt::format(" {} --size {}", shell_word(scene.source), scene.extent().text("x"));
   }
-  return fmt::format(
-      "{} --backends {}{}{}{}", line, backend, session_words(call), call[option::quick] ? " --quick" : "",
-      call.schedule.text(call[option::methods].empty() ? std::nullopt
-                                                       : std::optional(scene.schedule.method)));
+  // Of bench it chooses sizes only, and one is given.
+  const char* const quick = call[option::quick] && call.command->get_name() != "bench" ? " --quick" : "";
+  return fmt::format("{} --backends {}{}{}{}", line, backend, session_words(session), quick,
+                     call.schedule.text(call[option::methods].empty()
+                                            ? std::nullopt
+                                            : std::optional(scene.schedule.method)));
 }
 
 std::optional<Scene> load_unless_missing(std::string_view name, bool is_needed,

@@ -115,9 +115,11 @@ choose_backends(const Call& call, const std::vector<std::unique_ptr<Backend>>& r
 [[nodiscard]] ExitStatus ended(const Call& call, bool good, std::string_view missing);
 
 /// " --device 1 --threads 2" as far as they were given.
-[[nodiscard]] std::string session_words(const Call& call);
-/// The command line that repeats one comparison; where the scene has no source, with all others.
-[[nodiscard]] std::string repeat_line(const Call& call, const Scene& scene, std::string_view backend);
+[[nodiscard]] std::string session_words(const SessionOptions& session);
+/// The command line that repeats what one backend did, with so many threads where that is above 0; where the
+/// scene has no source, with all others.
+[[nodiscard]] std::string repeat_line(const Call& call, const Scene& scene, std::string_view backend,
+                                      int threads = 0);
 
 /// "300" is 300 x 300, "257x130" and "64x64x64" are that. Throws InputError, also where no scene of that size
 /// fits into memory.

@@ -1,15 +1,15 @@
 #include "harness/measure/bench.hpp"
 
 #include "harness/cli/arguments.hpp"
-#include "harness/measure/comparison.hpp"
+#include "harness/cli/programs.hpp"
 #include "harness/measure/median.hpp"
-#include "harness/measure/memory_use.hpp"
 #include "harness/ranks/rank_backend.hpp"
-#include "harness/report/ci_files.hpp"
 #include "harness/solve/methods/solver.hpp"
 
+#include <array>
 #include <cmath>
 #include <cstdio>
+#include <iostream>
 #include <limits>
 
 namespace hdmbench::commands {
@@ -22,21 +22,68 @@ const Option<std::vector<std::string>> work("--work",
                                             {"dense", "active"}, CLI::IsMember({"dense", "active"}));
 const Option<bool> scaling("--scaling", "Backends with threads of their own run with 1, 2, 4 ... of them, "
                                         "too; with mpirun, followed by strong or weak: 1, 2, 4 ... ranks");
+const Option<bool> kernels("--kernels",
+                           "Time the steps of the methods by themselves, in place of scenes: 1024x1024 and "
+                           "64x64x64 unless --sizes says otherwise, both energies unless --energy does");
 const Option<bool>
     no_ceilings("--no-ceilings",
                 "Do not measure what the devices can do at most: a second or two less for each");
 const Option<std::string> reference_name("--reference",
                                          "Backend whose field and time the others are compared with, or none "
                                          "(default: scalar, none for images larger than 4096 x 4096)");
-const Option<OutputFile> benchmark_json(
-    "--benchmark-json",
-    "Write the samples to this file as Google Benchmark's JSON, too, for its compare.py and for CI");
-const Option<std::filesystem::path>
-    before_file("--compare", "Measure again what this result file has, and compare; nothing else is run");
-const Option<std::filesystem::path> after_file("--with",
-                                               "Compare with this result file in place of measuring");
-const Option<double> tolerance("--tolerance", "Percent by which a time may grow", 5.0,
-                               CLI::Range(0.1, 1000.0));
+const Option<OutputFile> benchmark_json("--benchmark-json", "The same as --benchmark_out");
+
+/// What the library was given, word by word; the key of a Call only.
+const Option<std::vector<std::string>> library_words("Google Benchmark", "");
+
+/// Flags of Google Benchmark, which takes them as they are.
+struct LibraryFlag {
+  const char* name;
+  const char* takes; ///< empty: nothing
+  const char* help;
+  double least = 0.0; ///< of a number
+  double most = 0.0;  ///< 0: it is no number
+};
+constexpr std::array library_flags{
+    LibraryFlag{"--benchmark_filter", "REGEX", "Only cases whose names have this; -REGEX: have not"},
+    LibraryFlag{"--benchmark_list_tests", "", "Name the cases and stop"},
+    LibraryFlag{"--benchmark_repetitions", "N", "The same as --repeat", 1.0, 1e6},
+    LibraryFlag{"--benchmark_min_time", "SECONDS",
+                "A sample is the mean of as many solutions as take so long", 0.0, 1e5},
+    LibraryFlag{"--benchmark_enable_random_interleaving", "", "Repetitions of all cases in random order"},
+    LibraryFlag{"--benchmark_format", "TEXT", "Print the library's own console, json or csv, not our tables"},
+    LibraryFlag{"--benchmark_out", "FILE", "Write the samples to this file, too, for compare.py and CI"},
+    LibraryFlag{"--benchmark_out_format", "TEXT", "json, console or csv"},
+    LibraryFlag{"--benchmark_report_aggregates_only", "", "Only mean, median, deviation of the repetitions"},
+    LibraryFlag{"--benchmark_display_aggregates_only", "", "The same of what is printed"},
+    LibraryFlag{"--benchmark_counters_tabular", "", "Counters in columns"},
+    LibraryFlag{"--benchmark_color", "TEXT", "auto, true or false"},
+    LibraryFlag{"--benchmark_time_unit", "TEXT", "ns, us, ms or s"},
+    LibraryFlag{"--benchmark_context", "KEY=VALUE", "Add this to what the library's files say of the run"}};
+
+Options library_options() {
+  Options all{};
+  for (const LibraryFlag& flag : library_flags) {
+    all = {all, Options(flag.name, [flag](CLI::App& command, Call& call) {
+             std::vector<std::string>& given = call[library_words];
+             const std::function<void(const std::string&)> take = [&given, flag](const std::string& value) {
+               const double number = number_of<double>(value).value_or(-1.0);
+               if (flag.most > 0.0 && !(number >= flag.least && number <= flag.most)) { // or it never ends
+                 throw InputError(
+                     fmt::format("{} {}: give {:g} ... {:g}", flag.name, value, flag.least, flag.most));
+               }
+               given.push_back(fmt::format("{}={}", flag.name, value));
+             };
+             if (*flag.takes == '\0') {
+               command.add_flag_callback(
+                   flag.name, [take] { take("true"); }, flag.help);
+             } else {
+               command.add_option_function(flag.name, take, flag.help)->type_name(flag.takes);
+             }
+           })};
+  }
+  return all.under("Google Benchmark's own");
+}
 
 /// Scalar takes minutes for one solution of an image larger than this.
 constexpr std::size_t most_sites_for_scalar = std::size_t{4096} * 4096;
@@ -53,18 +100,27 @@ std::vector<std::string> published_scenes() {
   return scenes;
 }
 
-/// `rows`: as bench() has them.
-void print_scene(const Scene& scene, const json& rows) {
-  const Extent extent = scene.extent();
+/// Seconds as so many of a unit, for people.
+void in_units(json& rows, std::initializer_list<const char*> keys, double in_a_second) {
+  for (json& row : rows) {
+    for (const char* const key : keys) {
+      row[key] = row[key].get<double>() * in_a_second;
+    }
+  }
+}
+
+/// `rows`: those of one scene, as Bench has them.
+void print_scene(const json& rows) {
   const auto ran = std::ranges::find_if(rows, [](const json& row) { return !row["seconds"].empty(); });
   const json& some = ran == rows.end() ? rows.front() : *ran;
-  fmt::print("\n{}, {}: {}, {} iterations, {:.4g} million site updates\n", scene.name, extent.text(),
-             method_name(scene), some["iterations"].get<std::int64_t>(),
+  const Extent extent{some["width"], some["height"], some.value("depth", 1)};
+  const std::string method = some["method"];
+  fmt::print("\n{}, {}: {}, {} iterations, {:.4g} million site updates\n", some["scene"].get<std::string>(),
+             extent.text(), method.substr(0, method.find("-active")), some["iterations"].get<std::int64_t>(),
              some["fine_sweep_equivalents"].get<double>() * static_cast<double>(extent.sites()) * 1e-6);
-  const bool as_published =
-      scene.energy->of_sites == &thesis_energy && extent.axes() == 2 && extent.width == extent.height;
   for (const json& row : published()["timings"]) {
-    if (as_published && row["scene"] == scene.name && row["size"] == extent.width) {
+    if (some["energy"] == "hdm" && row["scene"] == some["scene"] &&
+        extent == Extent{row["size"], row["size"]}) {
       fmt::print("{}", row_text("  thesis, table {table}: GPU {gpu_seconds} s, CPU {cpu_seconds} s, "
                                 "speed-up {speed_up}\n",
                                 row));
@@ -72,134 +128,134 @@ void print_scene(const Scene& scene, const json& rows) {
   }
   json timed = rows;
   std::erase_if(timed.get_ref<json::array_t&>(), [](const json& row) { return row["seconds"].empty(); });
-  fmt::print("{}",
-             table_text(timed, "backend|work|threads|seconds_median:seconds|projection_seconds:projection|"
-                               "upload_seconds:upload|compute_seconds:compute|readback_seconds:readback|"
-                               "setup_seconds:set-up|msites_per_second:Msites/s|bytes_per_site:bytes/site|"
-                               "speed_up_over_scalar:speed-up|speed_up_over_dense:over dense|"
-                               "percent_of_ceiling:% of ceiling|binding:bound by"));
+  in_units(timed, {"seconds_median", "setup_seconds"}, 1e3);
+  fmt::print("{}", table_text(timed, "backend|work|threads|seconds_median:ms|spread_percent:+- %|"
+                                     "setup_seconds:set-up, ms|msites_per_second:Msites/s|"
+                                     "bytes_per_site:bytes/site|speed_up_over_scalar:speed-up|"
+                                     "speed_up_over_dense:over dense|percent_of_ceiling:% ceiling"));
   for (const json& row : rows) {
     if (row["valid"] == false) {
       fmt::print("{}", row_text("  {backend}, {work}: no speed-up: {reason}\n", row));
     }
   }
+  if (ran != rows.end() && some["reference"].is_null()) {
+    fmt::print("  the fields were not checked against scalar: --reference scalar does that, slowly\n");
+  }
   std::fflush(stdout); // into a pipe too: the next scene may take long
 }
 
-/// With the backends to run on an image of this extent, the reference first where there is one.
+/// How a scene is timed.
 BenchOptions bench_options(const Call& call, const std::vector<std::unique_ptr<Backend>>& registry,
-                           Extent extent, std::vector<const Backend*>& backends) {
-  const std::string compared =
-      call[reference_name].empty() && extent.sites() > most_sites_for_scalar ? "none" : call[reference_name];
-  backends = choose_backends(call, registry, compared);
+                           const Scene& scene) {
+  const std::string compared = call[reference_name].empty() && scene.extent().sites() > most_sites_for_scalar
+                                   ? "none"
+                                   : call[reference_name];
   const auto wants = [&](Work one) {
     return contains(call[work], work_names[static_cast<std::size_t>(one)]);
   };
-  return {.session = call.session(),
-          .repeats = call[option::repeat],
+  return {.backends = choose_backends(call, registry, compared),
+          .session = call.session(),
           .dense = wants(Work::dense),
           .active = wants(Work::active),
           .scaling = call[scaling],
-          .checked = compared != "none"};
+          .checked = compared != "none",
+          .ceilings = !call[no_ceilings],
+          .command = [&call](const Scene& of, const Backend& backend, const SessionOptions& session) {
+            return repeat_line(call, of, backend.name(), session.threads) +
+                   fmt::format(" --work {}", work_names.at(static_cast<std::size_t>(session.work))) +
+                   (call[reference_name].empty() ? "" : " --reference " + call[reference_name]);
+          }};
+}
+
+void print_kernels(const json& rows) {
+  json timed = rows;
+  std::erase_if(timed.get_ref<json::array_t&>(), [](const json& row) { return row["seconds"].empty(); });
+  const json& some = timed.empty() ? rows.front() : timed.front();
+  const Extent extent{some["width"], some["height"], some.value("depth", 1)};
+  fmt::print("\n{}, {}{}", some["energy"].get<std::string>(), extent.text(),
+             row_text(", {backend}: {device}\n", some));
+  in_units(timed, {"seconds_median", "alone_seconds"}, 1e6);
+  fmt::print("{}",
+             table_text(timed,
+                        "kernel|level|seconds_median:us|spread_percent:+- %|alone_seconds:alone, us|"
+                        "msites_per_second:Msites/s|gigabytes_per_second:GB/s|"
+                        "gigaoperations_per_second:Gop/s|percent_of_ceiling:% ceiling|binding:bound by"));
+  if (some["reason"] != "") {
+    fmt::print("{}", row_text("  {kernel} on {backend}: {reason}\n", some));
+  }
+  std::fflush(stdout);
+}
+
+/// `bench --kernels`.
+void add_kernels(const Call& call, const std::vector<std::unique_ptr<Backend>>& registry, Bench& bench) {
+  const std::vector<std::string> usual{"1024x1024", "64x64x64"};
+  const bool all = call.schedule.energy == nullptr;
+  for (const std::string& size : call[option::sizes].empty() ? usual : call[option::sizes]) {
+    for (const bool elastic : {false, true}) {
+      if (all || call.schedule.energy->is_of_cells() == elastic) {
+        bench.add_kernels(
+            {.options = {.backends = choose_backends(call, registry, needs(call, "scalar") ? "" : "none"),
+                         .session = call.session(),
+                         .checked = false,
+                         .ceilings = !call[no_ceilings]},
+             .elastic = elastic,
+             .extent = parse_size(size)});
+      }
+    }
+  }
+}
+
+/// The words for the library: what is usual here, then what the user wants.
+std::vector<std::string> words_for_library(const Call& call) {
+  std::vector<std::string> words{fmt::format("--benchmark_repetitions={}", call[option::repeat]),
+                                 "--benchmark_min_time=0.02"};
+  if (!call[benchmark_json].empty()) {
+    words.push_back(fmt::format("--benchmark_out={}", call[benchmark_json].string()));
+  }
+  words.insert(words.end(), call[library_words].begin(), call[library_words].end());
+  return words;
 }
 
 int measure_scenes(Call& call) {
-  if (call[option::sizes].empty()) {
+  if (call[option::sizes].empty() && !call[kernels]) {
     call[option::sizes] = {"300", "600"};
     call[option::sizes].resize(call[option::quick] ? 2 : 3, "1200");
   }
   const auto registry = make_backends();
-  std::vector<const Backend*> backends;
   Progress progress;
-  fmt::print("Seconds are medians of {} samples of a whole solution without set-up{}.\n",
-             call[option::repeat],
-             call[option::quick] ? " (quick: sizes 300 and 600 only unless others were asked for)" : "");
-
-  json rows = json::array();
-  bool all_agree = true;
-  bool all_ran = true; // of those whose device is there
-  MeasuredCeilings ceilings;
-  for (const SceneLoader& load : scene_loaders(call, published_scenes())) {
-    const std::size_t resident = resident_bytes();
-    progress.describe("prepare a scene");
-    std::optional<Scene> scene = load();
-    if (!scene) {
-      continue;
-    }
-    BenchOptions options = bench_options(call, registry, scene->extent(), backends);
-    options.ceilings = call[no_ceilings] ? nullptr : &ceilings;
-    options.resident_before_scene = resident;
-    const json own = bench(*scene, backends, options, progress);
-    progress.clear();
-    for (const json& row : own) {
-      all_agree = all_agree && (row["valid"] == true || row["reference"].is_null());
-      all_ran = all_ran && (!row["seconds"].empty() || row["device"] == "");
-    }
-    print_scene(*scene, own);
-    if (!options.checked) {
-      fmt::print("  the fields were not checked against scalar: --reference scalar does that, slowly\n");
-    }
-    rows.insert(rows.end(), own.begin(), own.end());
+  Bench bench(progress);
+  if (call[kernels]) {
+    refuse_idle(*call.command, {"--work", "--scaling", "--reference", "--method", "--methods"},
+                "it belongs to whole solutions, not to --kernels");
+    add_kernels(call, registry, bench);
   }
-  report::write_google_benchmark(call[benchmark_json], run_context(call.line, call[option::quick]), rows);
+  for (const SceneLoader& load :
+       call[kernels] ? std::vector<SceneLoader>() : scene_loaders(call, published_scenes())) {
+    bench.add(load, [&](const Scene& scene) { return bench_options(call, registry, scene); });
+  }
+  progress.clear();
+  if (!call[against].empty()) {
+    return compare_programs(call, bench.registered());
+  }
+  fmt::print(
+      "{} +- is half of what the samples differ by.{}\n",
+      call[kernels] ? "Microseconds of one of several steps that are waited for together, and of one alone."
+                    : "Medians of whole solutions without set-up;",
+      call[option::quick] && !call[kernels] ? "\nQuick: sizes 300 and 600 only unless others were asked for."
+                                            : "");
+  tell_library(run_context(call.line, call[option::quick]));
+  json rows = bench.run(words_for_library(call), stdout == stderr ? std::cerr : std::cout,
+                        {.show = call[kernels] ? print_kernels : print_scene,
+                         .keep = [&](const json& some) { call.keep(some); }});
+  if (rows.empty()) { // the library named its cases
+    return success;
+  }
+  const bool all_agree = std::ranges::all_of(
+      rows, [](const json& row) { return row["valid"] == true || row["reference"].is_null(); });
+  const bool all_ran = std::ranges::all_of( // of those whose device is there
+      rows, [](const json& row) { return !row["seconds"].empty() || row["device"] == ""; });
   call.write(std::move(rows));
   return !all_agree ? disagreement : all_ran ? success : bad_input;
-}
-
-ResultFile read_bench(const std::filesystem::path& file) {
-  ResultFile results = read_results(file);
-  if (results.command != "bench" || results.results.empty()) {
-    throw InputError(
-        fmt::format("{}: has no timings; hdmbench bench --json FILE writes them", file.string()));
-  }
-  return results;
-}
-
-/// What the command line of a result file measures now, written to `file`.
-ResultFile measure_again(const std::string& line, int repeats, const std::filesystem::path& file) {
-  CLI::App program;
-  Call call{.line = line};
-  add_bench(program, call);
-  program.get_subcommand("bench")->get_option("--json")->take_last();
-  program.get_subcommand("bench")->get_option("--repeat")->take_last();
-  try {
-    program.parse(
-        fmt::format("{} --no-ceilings --repeat {} --json {}", line, repeats, shell_word(file.string())));
-  } catch (const CLI::ParseError& error) {
-    throw InputError(fmt::format("the command line of the old results, \"hdmbench {}\", cannot be run: {}",
-                                 line, error.what()));
-  }
-  return read_bench(file);
-}
-
-/// `bench --compare`: two result files, or one with what its own command line measures now, with `repeats`
-/// samples; whose results then go to --json. Prints a line for every timing of before. Returns the
-/// ExitStatus: disagreement where one is slower, inconclusive, missing or of another device. Throws
-/// InputError.
-int compare_benches(const Call& call, int repeats) {
-  const ResultFile before = read_bench(call[before_file]);
-  const TemporaryDirectory folder;
-  const ResultFile after =
-      !call[after_file].empty()
-          ? read_bench(call[after_file])
-          : measure_again(before.context.arguments, repeats,
-                          call[option::json].empty() ? OutputFile((folder.path() / "bench.json").string())
-                                                     : call[option::json]);
-  const json rows = compare_results(before, after, call[tolerance] / 100.0);
-  if (rows.empty()) {
-    throw InputError(fmt::format("{}: has no valid timing to compare with", call[before_file].string()));
-  }
-  const auto passing = std::ranges::count_if(rows, [](const json& row) { return row["passes"].get<bool>(); });
-  for (const ResultFile* const file : {&before, &after}) {
-    const Context& context = file->context;
-    fmt::print("{}: commit {}, {}, {}, {}\n", file == &before ? "old" : "new", context.commit,
-               context.compiler, context.machine, context.date);
-  }
-  fmt::print("\n{}\n{} of {} timings are not slower by more than {:.3g} % (medians; Mann-Whitney, one-sided, "
-             "p < {:g})\n",
-             table_text(rows, "scene|size|backend|method|threads|old_s|new_s|ratio:new/old|p|verdict"),
-             passing, rows.size(), call[tolerance], significant_p);
-  return passing == std::ssize(rows) ? success : disagreement;
 }
 
 /// With sides `factor` times as long, multiples of 4.
@@ -280,6 +336,7 @@ int bench_on_ranks(const Call& call, Ranks& ranks) {
     call.schedule.apply(scene);
     const RankBackend backend(ranks, registry, backends, call.session(), {.pieces = count});
     rows.push_back(measure_on_ranks(scene, kind, backend, call[option::repeat], ranks));
+    call.keep(rows, "scaling");
     count = count == ranks.size() ? count + 1 : std::min(2 * count, ranks.size());
   }
   progress.clear();
@@ -303,12 +360,7 @@ int run_bench(Call& call) {
   if (call.ranks != nullptr) {
     return bench_on_ranks(call, *call.ranks);
   }
-  constexpr int enough_samples = 10; // for the test, even beside the three that bench takes by default
-  const bool is_told = call.command->count("--repeat") > 0;
-  return gates.judge(call[before_file].empty()
-                         ? measure_scenes(call)
-                         : compare_benches(call, is_told ? call[option::repeat] : enough_samples),
-                     call);
+  return gates.judge(measure_scenes(call), call);
 }
 
 } // namespace
@@ -320,12 +372,13 @@ void add_bench(CLI::App& program, Call& call) {
       "300, 600 and 1200 by default. Speed-ups are over scalar, one thread at -O2, in the same run; a\n"
       "backend whose field is not scalar's to the bit gets no speed-up and exit status 1. What the devices\n"
       "can do at most, in copying memory and in arithmetic, is measured in the same run.",
-      {comparison_options(), option::repeat, work, scaling, no_ceilings, reference_name, benchmark_json,
-       Options{before_file, after_file, tolerance}.under(
-           "Compare with before (exit status 1: slower, inconclusive, missing, other device)"),
+      {comparison_options(), Options(option::repeat, "Samples per case", 5), work, scaling, kernels,
+       no_ceilings, reference_name, benchmark_json, library_options(), comparison_of_programs(),
        gate_options()},
-      {"--methods excludes --method", "--with needs --compare", "--with excludes --json",
-       "--tolerance needs --compare"});
+      {"--methods excludes --method", "--kernels excludes scenes --against", "--tolerance needs --against",
+       "--pairs needs --against", "--strict needs --against",
+       "--against excludes --benchmark_filter --benchmark_list_tests --benchmark_repetitions "
+       "--benchmark_out --benchmark-json --benchmark_format --repeat --reference"});
 }
 
 } // namespace hdmbench::commands

@@ -32,6 +32,7 @@ enum ExitStatus : int { success = 0, disagreement = 1, bad_input = 2 };
 /// What the user may change about every scene's schedule.
 struct ScheduleOverrides {
   bool takes_energies = true;               ///< whether the command knows others than the thesis's
+  bool meets_truths = false;                ///< whether finite elements stand beside a solution
   const RegisteredEnergy* energy = nullptr; ///< null: the scene's, or that of the method
   /// "method", and the values of schedule_keys(), by their names.
   std::map<std::string, std::string, std::less<>> given{};

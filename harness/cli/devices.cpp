@@ -183,7 +183,8 @@ int run_implementations(Call& call) {
                                       .verify = verify_words(*call.command, call[option::scenes]),
                                       .backends = call[option::backends],
                                       .seconds = call[limit_seconds],
-                                      .resident_bytes = static_cast<std::int64_t>(call[limit_memory] * 1e9)},
+                                      .resident_bytes = static_cast<std::int64_t>(call[limit_memory] * 1e9),
+                                      .heard = [&](const json& some) { call.keep(some); }},
                                      progress);
   progress.clear();
   fmt::print("{}",

@@ -137,6 +137,7 @@ int try_faults(const Call& call, const std::vector<Planted>& list, const Backend
       shown.push_back(row);
       shown.back().update({{"seen", seen_on(row)}, {"caught", outcome(row)}});
     }
+    call.keep(rows);
   }
   progress.clear();
   if (!shown.empty()) {

@@ -70,7 +70,7 @@ void print_remarks(const std::vector<GoldenResult>& results, std::span<const Gol
       if (outcome.verdict == Verdict::disagree) {
         fmt::print("  {}, {}: {}\n    repeat: hdmbench golden {} --backends {}{}\n", result.problem.name(),
                    outcome.backend, outcome.reason, result.problem.scene, outcome.backend,
-                   session_words(call));
+                   session_words(call.session()));
       }
     }
   }
@@ -175,6 +175,7 @@ int run_golden(Call& call) {
       rows.push_back(golden_row(results.back(), outcome));
       ++count.at(static_cast<std::size_t>(outcome.verdict));
     }
+    call.keep(rows);
   }
   progress.clear();
   fmt::print("Displacements of all levels, hashed, against those {}; the last one also made in one piece:\n",

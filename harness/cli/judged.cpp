@@ -62,20 +62,30 @@ void print_published(const Scene& scene) {
   }
 }
 
-/// Measures every scene; `show` prints its rows and adds them to the results.
-template <typename Show>
-int judge_scenes(const Call& call, const std::vector<std::string>& by_default, const JudgeOptions& options,
-                 decltype(measure_accuracy)* measure, const Show& show) {
+/// Measures every scene; `show` prints its rows, given what to_result() makes of them, and may add more to
+/// the results.
+template <typename ToResult, typename Show>
+int judge_scenes(const Call& call, const std::vector<std::string>& by_default, JudgeOptions options,
+                 decltype(measure_accuracy)* measure, const ToResult& to_result, const Show& show) {
   const auto registry = make_backends();
   const std::vector<const Backend*> backends = choose_backends(call, registry);
   Progress progress;
   json results = json::array();
   bool sound = true;
   for (const Scene& scene : load_scenes(call, by_default)) {
+    const auto with = [&](const std::vector<Judged>& rows) {
+      json all = results;
+      std::ranges::transform(rows, std::back_inserter(all),
+                             [&](const Judged& row) { return to_result(scene, row); });
+      return all;
+    };
+    options.heard = [&](const std::vector<Judged>& rows) { call.keep(with(rows)); };
     const std::vector<Judged> rows = measure(scene, backends, options, progress);
     progress.clear();
     fmt::print("\n{}, {}: {}\n", scene.name, scene.extent().text(), scene.title);
-    show(scene, rows, results);
+    const auto before = std::ssize(results);
+    results = with(rows);
+    show(scene, rows, json(json::array_t(results.begin() + before, results.end())), results);
     fmt::print("{}", failures_text(rows));
     sound = sound && std::ranges::none_of(rows, [&](const Judged& row) {
               return row.status == JudgedStatus::unverified ||
@@ -88,6 +98,7 @@ int judge_scenes(const Call& call, const std::vector<std::string>& by_default, c
 }
 
 int run_accuracy(Call& call) {
+  call.schedule.meets_truths = true;
   const std::vector<std::string> by_default{"square",   "square-modified", "square-single-level",
                                             "circular", "circular-radial", "brain"};
   const auto is_of_cells = [](const Scene& scene) { return scene.energy->is_of_cells(); };
@@ -95,24 +106,22 @@ int run_accuracy(Call& call) {
       std::ranges::any_of(load_scenes(call, by_default), is_of_cells)) {
     throw InputError("accuracy takes every elastic method at its usual effort; leave out --iterations");
   }
-  JudgeOptions options{
-      .session = call.session(), .repeats = call[option::repeat], .quick = call[option::quick]};
+  JudgeOptions options{.session = call.session(),
+                       .repeats = call[option::repeat],
+                       .charted = call[option::backends],
+                       .quick = call[option::quick]};
   if (!call[option::json].empty() && have_images()) {
     options.pictures = std::filesystem::absolute(call[option::json]).parent_path();
   }
   fmt::print("RMSD over all sites, in pixels. Interfaces, elsewhere: to FEM with the scene's nu, over the\n"
              "free sites within 5 px of two materials and over all other free sites.\n");
-  return judge_scenes(call, by_default, options, measure_accuracy,
-                      [](const Scene& scene, const std::vector<Judged>& rows, json& results) {
-                        json measured = json::array();
+  const auto to_result = [](const Scene& scene, const Judged& row) { return to_json(scene, row); };
+  return judge_scenes(call, by_default, options, measure_accuracy, to_result,
+                      [](const Scene& scene, const std::vector<Judged>& rows, json own, json& /*results*/) {
                         print_published(scene);
-                        for (const Judged& row : rows) {
-                          results.push_back(to_json(scene, row));
-                          if (!row.seconds.empty()) {
-                            measured.push_back(results.back());
-                          }
-                        }
-                        fmt::print("{}", judged_table(measured));
+                        std::erase_if(own.get_ref<json::array_t&>(),
+                                      [](const json& row) { return row["seconds"].empty(); });
+                        fmt::print("{}", judged_table(own));
                         for (const Judged& row : rows) {
                           if (row.variant.empty() && !row.note.empty()) {
                             fmt::print("  {}: {}\n", name_of(row), row.note);
@@ -154,16 +163,22 @@ std::string repeat(const Call& call, const Scene& scene, const Judged& row) {
   }
   const std::string how = row.asked ? fmt::format("--energy elastic --accuracy {}px --explain", *row.asked)
                                     : fmt::format("--method {} --iterations {}", row.method, *row.told);
+  ScheduleOverrides schedule = call.schedule;
+  if (row.poisson_used && *row.poisson_used != scene.elastic.poisson) {
+    schedule.given["poisson"] = fmt::format("{}", *row.poisson_used);
+  }
   return fmt::format("hdmbench run {} --backend {} {}{}{}", where, row.backend, how,
-                     row.backend == "scalar" ? "" : session_words(call), call.schedule.text());
+                     row.backend == "scalar" ? "" : session_words(call.session()), schedule.text());
 }
 
 int run_tradeoff(Call& call) {
+  call.schedule.meets_truths = true;
   std::vector<double> targets;
   std::ranges::transform(call[accuracies], std::back_inserter(targets),
                          [](const std::string& text) { return parse_pixels(text); });
   JudgeOptions options{.session = call.session(),
-                       .repeats = call[option::quick] ? 1 : call[option::repeat],
+                       .repeats = call[option::repeat],
+                       .charted = call[option::backends],
                        .methods = std::exchange(call[option::methods], {}), // load_scenes knows no rivals
                        .quick = call[option::quick]};
   if (options.methods == std::vector<std::string>{"all"}) {
@@ -176,25 +191,28 @@ int run_tradeoff(Call& call) {
       options.repeats);
   std::vector<std::string> by_default{"square", "circular", "circular-radial", "brain"};
   by_default.resize(call[option::quick] ? 1 : by_default.size());
-  return judge_scenes(call, by_default, options, measure_tradeoff,
-                      [&](const Scene& scene, const std::vector<Judged>& rows, json& results) {
-                        json shown = json::array();
-                        for (const Judged& row : rows) {
-                          json& result = results.emplace_back(to_json(scene, row));
-                          result["kind"] = "point";
-                          result["command"] = repeat(call, scene, row);
-                          if (!row.seconds.empty() && (row.is_on_front || row.asked)) {
-                            shown.push_back(result);
-                          }
-                        }
-                        std::ranges::sort(shown.get_ref<json::array_t&>(), {}, [](const json& row) {
-                          return row["seconds_median"].get<double>();
-                        });
-                        fmt::print("{}", judged_table(shown));
-                        for (const double target : targets) {
-                          print_equal_accuracy(results.emplace_back(compare_at(scene, rows, target)));
-                        }
-                      });
+  const auto to_result = [&](const Scene& scene, const Judged& row) {
+    json result = to_json(scene, row);
+    result["kind"] = "point";
+    result["command"] = repeat(call, scene, row);
+    return result;
+  };
+  return judge_scenes(
+      call, by_default, options, measure_tradeoff, to_result,
+      [&](const Scene& scene, const std::vector<Judged>& rows, const json& own, json& results) {
+        json shown = json::array();
+        for (std::size_t i = 0; i < rows.size(); ++i) {
+          if (!rows[i].seconds.empty() && (rows[i].is_on_front || rows[i].asked)) {
+            shown.push_back(own[i]);
+          }
+        }
+        std::ranges::sort(shown.get_ref<json::array_t&>(), {},
+                          [](const json& row) { return row["seconds_median"].get<double>(); });
+        fmt::print("{}", judged_table(shown));
+        for (const double target : targets) {
+          print_equal_accuracy(results.emplace_back(compare_at(scene, rows, target)));
+        }
+      });
 }
 
 const Option<std::vector<int>> sides("--sizes", "Sides of the images, several with commas",
@@ -214,6 +232,7 @@ int run_continuum(Call& call) {
   for (const double contrast : contrasts) {
     const json more = measure_continuum(contrast, sizes, backend, call.session(), progress);
     rows.insert(rows.end(), more.begin(), more.end());
+    call.keep(rows);
   }
   progress.clear();
   fmt::print(
@@ -289,6 +308,7 @@ int run_atlas(Call& call) {
     print_entry(result);
     if (!call[option::json].empty()) {
       rows.push_back(atlas::atlas_row(result, std::filesystem::absolute(call[option::json]).parent_path()));
+      call.keep(rows);
     }
   }
   call.write(std::move(rows));
@@ -314,8 +334,7 @@ void add_tradeoff(CLI::App& program, Call& call) {
       "Prints the Pareto front per scene; the report draws the chart. Exit status 1 where a field is not\n"
       "scalar's to the bit.",
       {comparison_options().without({"--method", "--iterations", "--update", "--steps"}), accuracies,
-       Options(option::repeat, "Samples per point, fewer where they take long")},
-      {"--repeat excludes --quick"});
+       Options(option::repeat, "Samples per point, fewer where they take long", 5)});
 }
 
 void add_continuum(CLI::App& program, Call& call) {

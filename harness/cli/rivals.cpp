@@ -45,6 +45,7 @@ json compare(const Call& call, const Scene& scene, const Backend& backend, Progr
                scene.name, scene.extent().text(), name, options.amplitude, 100.0 * options.noise,
                options.seed, table_text(rows, "method|tissue|tissue_95:95 %|region|dice:Dice|folds|seconds"));
     all.insert(all.end(), rows.begin(), rows.end());
+    call.keep(all, "rivals");
   }
   return all;
 }

@@ -157,8 +157,10 @@ void require_meaning(const Call& call) {
     refuse_idle(command, {"--accuracy", "--within"}, "that runs in one process, without mpirun");
   }
   if (asks(call)) {
-    refuse_idle(command, schedule_names(command, {"--energy", "--penalty", "--prior-weight", "--alignment"}),
-                "--accuracy and --within choose method, levels and iterations themselves");
+    refuse_idle(
+        command,
+        schedule_names(command, {"--energy", "--penalty", "--prior-weight", "--alignment", "--poisson"}),
+        "--accuracy and --within choose method, levels and iterations themselves");
   } else {
     refuse_idle(command, {"--explain"}, "it explains a plan, which --accuracy or --within ask for");
   }

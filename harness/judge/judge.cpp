@@ -140,32 +140,37 @@ Judge::Judge(const Scene& scene, std::span<const Backend* const> backends, const
       std::max(largest_component(scene.full.target), scene.start ? largest_component(*scene.start) : 0.0);
 }
 
-Judge::Place& Judge::main_place(Update update) {
-  Place* best = &places_.front();
+std::vector<const Judge::Place*> Judge::main_places(Update update) const {
+  std::vector<const Place*> charted;
+  const Place* best = &places_.front();
   int most = 1;
-  for (Place& place : places_) {
+  for (const Place& place : places_) {
+    if (std::ranges::find(options_.charted, place.backend->name()) != options_.charted.end()) {
+      charted.push_back(&place);
+    }
     const int threads = place.backend->threads(options_.session);
     if (threads >= most && place.missing.empty() && place.backend->supports(update)) {
       best = &place;
       most = threads;
     }
   }
-  return *best;
+  return charted.empty() ? std::vector{best} : charted;
 }
 
 std::size_t Judge::add(Setting setting) {
   const std::size_t first = rows_.size();
-  const Place& main = main_place(setting.scene.full.update);
+  const std::vector<const Place*> main = main_places(setting.scene.full.update);
   expected_ = VectorField();
   for (Place& place : places_) {
     const bool is_reference = &place == &places_.front();
     if (setting.where == Where::everywhere || (setting.where == Where::reference && is_reference) ||
-        (setting.where == Where::main_place && &place == &main)) {
+        (setting.where == Where::main_place && std::ranges::find(main, &place) != main.end())) {
       Judged& row = rows_.emplace_back(setting.told);
       row.energy = setting.scene.energy->name;
       row.backend = place.backend->name();
       row.device = place.device;
       judge_on(place, setting, row);
+      tell();
     } else if (is_reference) {
       progress_.describe(fmt::format("{}: {} on {}, to compare with", scene_.name, setting.told.method,
                                      place.backend->name()));
@@ -181,6 +186,17 @@ std::size_t Judge::add(Setting setting) {
 
 void Judge::add(const Rival& rival) {
   Judged& row = rows_.emplace_back(rival.told);
+  judge_rival(rival, row);
+  tell();
+}
+
+void Judge::tell() const {
+  if (options_.heard) {
+    options_.heard(rows_);
+  }
+}
+
+void Judge::judge_rival(const Rival& rival, Judged& row) {
   if (!rival.refusal.empty()) {
     return row.fail(JudgedStatus::skipped, rival.refusal);
   }

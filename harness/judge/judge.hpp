@@ -93,7 +93,8 @@ struct Rival {
 /// Where a method is measured.
 enum class Where {
   everywhere,
-  main_place, ///< on the CPU, with the most threads; on the reference where no other updates so
+  main_place, ///< on JudgeOptions::charted; else on the CPU, with the most threads, or on the reference
+              ///< where no other updates so
   reference,
 };
 
@@ -107,9 +108,12 @@ struct Setting {
 struct JudgeOptions {
   SessionOptions session{};
   int repeats = 3;                    ///< samples per row, >= 1, fewer where they take long
+  std::vector<std::string> charted{}; ///< backends that are Where::main_place; empty: see there
   std::vector<std::string> methods{}; ///< of `tradeoff`: names of methods and rivals; empty: all
   bool quick = false;                 ///< of `tradeoff` fewer efforts, of `accuracy` no variants
-  std::filesystem::path pictures{};   ///< where the first field of icm on an image is drawn; empty: nowhere
+  /// Told all rows so far whenever there is another one; null: nobody is.
+  std::function<void(const std::vector<Judged>& rows)> heard{};
+  std::filesystem::path pictures{}; ///< where the first field of icm on an image is drawn; empty: nowhere
 };
 
 class Judge {
@@ -147,9 +151,11 @@ private:
     std::string unmet{}; ///< why it is not as accurate as was asked for
   };
 
-  [[nodiscard]] Place& main_place(Update update);
+  [[nodiscard]] std::vector<const Place*> main_places(Update update) const;
   [[nodiscard]] Found solve_on(Place& place, Setting& setting, Progress& progress) const;
   void judge_on(Place& place, Setting& setting, Judged& row);
+  void judge_rival(const Rival& rival, Judged& row);
+  void tell() const;
   /// Adds samples of `solve` to the row's, after a call of `warm_up` that is not timed. Returns whether there
   /// is a field; what is thrown is the reason why not.
   bool sample(Judged& row, const std::function<void()>& solve,

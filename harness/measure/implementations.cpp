@@ -244,6 +244,9 @@ nlohmann::json verify_implementations(const std::vector<Implementation>& impleme
       rows.push_back(row_of(backend, implementation, {.outcome = "absent", .reason = reason, .end = {}}));
     }
     progress.advance(1.0);
+    if (options.heard) {
+      options.heard(rows);
+    }
   }
   return rows;
 }

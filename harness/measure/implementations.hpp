@@ -6,6 +6,7 @@
 
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -31,6 +32,8 @@ struct ImplementationOptions {
   std::vector<std::string> backends{}; ///< empty: all but the reference
   double seconds = 0.0;                ///< a process may take
   std::int64_t resident_bytes = 0;     ///< a process may take
+  /// Told all rows so far after each implementation; null: nobody is.
+  std::function<void(const nlohmann::json& rows)> heard{};
 };
 
 /// Asks every implementation for its devices, leaves out those that an earlier one has shown, and runs

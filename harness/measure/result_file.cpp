@@ -10,6 +10,7 @@
 #include <fmt/format.h>
 #include <sys/utsname.h>
 
+#include <cstdlib>
 #include <ctime>
 #include <fstream>
 #include <thread>
@@ -39,6 +40,8 @@ Context run_context(std::string_view arguments, bool quick) {
   uname(&names);
   const std::string cpu = cpu_device("").name;
   const unsigned cores = std::thread::hardware_concurrency();
+  double load = 0.0;
+  (void)getloadavg(&load, 1);
   return {.machine = fmt::format("{}, {} cores", cpu, cores),
           .cpu = cpu,
           .cores = cores,
@@ -50,7 +53,8 @@ Context run_context(std::string_view arguments, bool quick) {
           .version = std::string(build::version),
           .date = fmt::format("{:%Y-%m-%dT%H:%M:%SZ}", fmt::gmtime(std::time(nullptr))),
           .arguments = std::string(arguments),
-          .quick = quick};
+          .quick = quick,
+          .load = load};
 }
 
 namespace {

@@ -24,10 +24,12 @@ struct Context {
   std::string date;      ///< UTC, ISO 8601, so that texts sort as times
   std::string arguments; ///< of the command line, without the program's name: "verify square --size 300"
   bool quick = false;
+  double load = 0.0; ///< processes that wanted a processor in the minute before; of an idle machine 0
 };
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Context, machine, cpu, cores, architecture, operating_system,
-                                                compiler, flags, commit, version, date, arguments, quick)
+                                                compiler, flags, commit, version, date, arguments, quick,
+                                                load)
 
 /// Of this program here and now.
 [[nodiscard]] Context run_context(std::string_view arguments, bool quick);

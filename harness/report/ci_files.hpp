@@ -21,10 +21,4 @@ void write_junit(const std::filesystem::path& file, const nlohmann::json& rows);
 /// compiler that is not there one is skipped.
 void write_junit_of_machine_code(const std::filesystem::path& file, const nlohmann::json& rows);
 
-/// Writes rows of `bench` in Google Benchmark's JSON schema (its compare.py, dashboards): a sample is a
-/// repetition, `real_time` are seconds of a whole solution without set-up, reported in milliseconds. A row
-/// that is not valid is an error.
-void write_google_benchmark(const std::filesystem::path& file, const Context& context,
-                            const nlohmann::json& rows);
-
 } // namespace hdmbench::report

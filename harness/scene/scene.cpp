@@ -180,14 +180,8 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   scene.placement = content.placement;
   scene.oblong = content.oblong;
   scene.stated = content.grid.stated;
-  reader.read("poisson", scene.elastic.poisson);
   if (scene.extent().axes() == 3) {
     reader.read("integration", integration_names, scene.elastic.integration);
-    if (scene.elastic.poisson > largest_volume_poisson) {
-      reader.fail("poisson", fmt::format("is {}, of a volume it must be at most {}: one that keeps its size "
-                                         "whatever pulls at it has no energy of this kind",
-                                         scene.elastic.poisson, largest_volume_poisson));
-    }
   }
   read_schedule(reader, !options.size, scene);
   read_exact(reader, options, scene);

@@ -2,6 +2,7 @@
 
 #include "harness/scene/method.hpp"
 #include "harness/scene/names.hpp"
+#include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -81,6 +82,19 @@ void set_steps(Scene& scene, const std::string& text) {
   }
 }
 
+void set_poisson(Scene& scene, const std::string& text) {
+  const double poisson = number(text, -1.0, 0.5);
+  if (!(poisson > -1.0 && poisson <= 0.5)) {
+    throw InputError("it must be above -1 and at most 0.5");
+  }
+  if (scene.extent().axes() == 3 && poisson > largest_volume_poisson) {
+    throw InputError(fmt::format("of a volume it must be at most {}: one that keeps its size whatever pulls at "
+                                 "it has no energy of this kind",
+                                 largest_volume_poisson));
+  }
+  scene.elastic.poisson = poisson;
+}
+
 constexpr std::array keys{
     ScheduleKey{"iterations", "schedule", Of::all, true, "INT",
                 "Effort of the method: iterations per level, exact or at most (see --stop), or what methods "
@@ -112,6 +126,8 @@ constexpr std::array keys{
                 choose<&Level::update, update_names>},
     ScheduleKey{"steps", "", Of::methods, false, "TEXT",
                 "Candidates: default, thesis, fine, or numbers such as 0,-1,1", set_steps},
+    ScheduleKey{"poisson", "", Of::all, true, "FLOAT",
+                "Poisson's ratio of the elastic energy and of finite elements", set_poisson},
     ScheduleKey{"penalty", "", Of::sites, false, "FLOAT", "K > 0 of the observation term",
                 [](Scene& scene, const std::string& text) {
                   set_weight(scene, {number(text, -any, any), scene.weight.prior_weight});

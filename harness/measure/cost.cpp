@@ -1,0 +1,90 @@
+#include "harness/measure/cost.hpp"
+
+#include "harness/measure/median.hpp"
+#include "harness/scene/level_sequence.hpp"
+#include "harness/scene/method.hpp"
+#include "kernels/data/volume_costs.hpp"
+
+#include <algorithm>
+
+namespace hdmbench {
+
+std::vector<LevelWork> level_work(const Scene& scene) {
+  const Schedule& schedule = scene.schedule;
+  if (scene.energy->is_of_cells() || schedule.rule != Rule::steps ||
+      scene.full.update != Update::simultaneous || schedule.stop != Stop::fixed || schedule.mean_modulus) {
+    return {};
+  }
+  const LevelSequence levels(scene);
+  std::vector<LevelWork> work;
+  for (const int level : levels.order()) {
+    work.push_back({.sweeps = levels.iterations(level),
+                    .sites = count_site_kinds(scene.full, levels.extent(level), schedule.alignment)});
+  }
+  return work;
+}
+
+double cache_bytes(const Backend& backend, const Device& device) {
+  const bool is_cpu = device.is_software || backend.threads({}) > 0;
+  return is_cpu ? static_cast<double>(last_level_cache_bytes()) : 0.0;
+}
+
+std::optional<UpdateCost> update_cost(const Energy& energy, const Backend& backend, SiteKind kind,
+                                      std::size_t axes, int candidates, int sweeps) {
+  const bool in_volume = axes == 3;
+  const auto of_image = [&](SiteKind other) { return backend.bytes_per_update(other, sweeps); };
+  if (of_image(kind) <= 0.0 || (in_volume && &energy != &thesis_energy)) {
+    return std::nullopt;
+  }
+  const auto i = static_cast<std::size_t>(kind);
+  const SiteCost& cost = in_volume ? thesis_costs_in_volumes.at(i) : energy.costs.at(i);
+  double bytes = of_image(kind);
+  if (in_volume) {
+    // What moduli that differ add; nothing where they are read everywhere: a modulus and its inverse.
+    const double added = of_image(SiteKind::general) - of_image(SiteKind::uniform);
+    const bool differ = kind == SiteKind::general || kind == SiteKind::unobserved;
+    const double moduli = added == 0.0 ? 2.0 * sizeof(float) : differ ? added : 0.0;
+    bytes = (bytes - moduli) * 1.5 + moduli;
+  }
+  return UpdateCost{static_cast<double>(cost.operations(candidates)), bytes};
+}
+
+std::optional<SolutionCost> solution_cost(const std::vector<LevelWork>& levels, const Backend& backend,
+                                          const Device& device, const Level& full) {
+  if (levels.empty()) {
+    return std::nullopt;
+  }
+  const double cache = cache_bytes(backend, device);
+  SolutionCost cost;
+  for (const LevelWork& level : levels) {
+    double bytes = 0.0; // of all sweeps
+    double state = 0.0; // what one sweep touches
+    for (std::size_t i = 0; i < site_kinds; ++i) {
+      const auto of = [&](int sweeps) {
+        return update_cost(*full.energy, backend, static_cast<SiteKind>(i), full.extent.axes(),
+                           full.steps.count(), sweeps);
+      };
+      const auto sites = static_cast<double>(level.sites[i]);
+      const std::optional<UpdateCost> together = of(level.sweeps);
+      const std::optional<UpdateCost> alone = of(1);
+      if (!together || !alone) {
+        return std::nullopt;
+      }
+      cost.operations += sites * level.sweeps * together->operations;
+      bytes += sites * level.sweeps * together->bytes;
+      state += sites * alone->bytes;
+    }
+    cost.bytes += bytes;
+    cost.bytes_from_memory += state > cache ? bytes : 0.0;
+  }
+  return cost;
+}
+
+CeilingShare ceiling_share(const SolutionCost& cost, const Ceilings& ceilings, double seconds) {
+  const double moving = cost.bytes_from_memory / median(ceilings.copy_bytes_per_second);
+  const double calculating = cost.operations / median(ceilings.operations_per_second);
+  return {.percent = 100.0 * std::max(moving, calculating) / seconds,
+          .binding = moving > calculating ? "memory" : "arithmetic"};
+}
+
+} // namespace hdmbench
