@@ -80,9 +80,45 @@ TEST_F(Page, VerdictsAreTheWorstThatWasFound) {
     }
     EXPECT_THAT(found.state == report::State::good ? all : found.sentence,
                 HasSubstr(one["says"].get<std::string>()));
+    if (one.contains("not")) {
+      EXPECT_THAT(all, Not(HasSubstr(one["not"].get<std::string>())));
+    }
   }
   std::filesystem::remove(folder() / "verify.json");
   EXPECT_THAT(verdict().sentence, HasSubstr("there are no results of hdmbench verify"));
+}
+
+/// A page of bench alone says what bench checked, and compares what does the same.
+TEST_F(Page, BenchAloneIsAComparison) {
+  json scalar = bench_row("scalar", 300, 1.0, 1.0);
+  scalar["reference"] = "scalar";
+  json dense = bench_row("openmp", 300, 0.1, 10.0);
+  dense["reference"] = "scalar";
+  json active = dense;
+  active.update({{"work", "active"}, {"method", "icm-active"}, {"speed_up_over_scalar", 100.0}});
+  write("bench.json", "bench", json::array({scalar, dense, active}));
+  const report::Verdict found = verdict();
+  EXPECT_EQ(found.state, report::State::good);
+  EXPECT_THAT(found.sentence, HasSubstr("The fields of 2 timed solutions are scalar's to the last bit"));
+  ASSERT_EQ(found.figures.size(), 2U);
+  EXPECT_EQ(found.figures[0].value, "2");
+  EXPECT_EQ(found.figures[1].value, "10 x") << "100 x is of a run that left out what rests";
+  dense["valid"] = false;
+  write("bench.json", "bench", json::array({scalar, dense}));
+  EXPECT_EQ(verdict().state, report::State::bad);
+  write("bench.json", "bench", json::array({scalar}));
+  EXPECT_THAT(verdict().sentence, HasSubstr("Nothing was compared")) << "scalar with itself is none";
+}
+
+TEST_F(Page, SaysWhatWasCut) {
+  (void)folder_.write("verify.json", json{{"schema", 1},
+                                          {"command", "verify"},
+                                          {"context", data()["context"]},
+                                          {"cut", true},
+                                          {"results", json::array({verify_row("openmp")})}}
+                                         .dump());
+  EXPECT_EQ(verdict().state, report::State::unsure);
+  EXPECT_THAT(verdict().sentence, HasSubstr("ended before it had all rows: verify.json"));
 }
 
 TEST_F(Page, ANewerRowReplacesAnOlderOne) {

@@ -157,6 +157,10 @@ std::string size_of(const json& row) {
                      number_of(row, "height").value_or(0.0), depth > 1.0 ? fmt::format(" x {}", depth) : "");
 }
 
+bool is_checked(const json& row) {
+  return flag_of(row, "valid") == true && text_of(row, "backend") != text_of(row, "reference");
+}
+
 bool disagrees(const json& row) {
   const std::string verdict = text_of(row, "verdict");
   const bool passes = verdict == "agree" || verdict == "certified";

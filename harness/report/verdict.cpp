@@ -118,10 +118,7 @@ constexpr std::array checks{
     Check{bad, "implementations", [](const json& row) { return says(row, "outcome", "failed"); }, on_driver,
           "backends on other drivers disagree"},
     Check{unsure, "implementations",
-          [](const json& row) {
-            return !says(row, "outcome", "failed") && !says(row, "outcome", "passed") &&
-                   !says(row, "outcome", "absent");
-          },
+          [](const json& row) { return !says(row, "outcome", "failed") && !says(row, "outcome", "passed"); },
           on_driver, "backends on other drivers gave no answer"},
     Check{bad, "machine-code", [](const json& row) { return says(row, "verdict", "fused"); }, for_gpu,
           "programs for GPUs have fused operations"},
@@ -227,7 +224,14 @@ void find_in_verify(Findings& findings, const Results& results, std::string_view
   for (const json* const row : compared) {
     backends.insert(text_of(*row, "backend"));
   }
-  if (compared.empty()) {
+  const Rows timed = rows_of(results, "bench", machine);
+  const std::int64_t checked = count_where(timed, is_checked);
+  if (rows.empty() && checked > 0) {
+    findings.push_back(
+        {good, fmt::format("The fields of {} are scalar's to the last bit. Sweep by sweep nothing was "
+                           "compared: there are no results of hdmbench verify.",
+                           plural(checked, "timed solution"))});
+  } else if (compared.empty()) {
     findings.push_back(
         {unsure, rows.empty() ? "Nothing was compared with scalar: there are no results of hdmbench verify."
                               : "Nothing was compared with scalar: all comparisons were skipped."});
@@ -267,8 +271,12 @@ Verdict verdict_of(const Results& results, std::string_view machine) {
   find_in_verify(findings, results, machine);
   for (const char* const command : {"golden", "implementations", "machine-code", "faults", "failing-calls",
                                     "accuracy", "tradeoff", "run", "bench"}) {
-    const Rows rows = rows_where(rows_of(results, command, machine),
-                                 [](const json& row) { return !says(row, "kind", "equal accuracy"); });
+    const Rows rows = rows_where(rows_of(results, command, machine), [](const json& row) {
+      const bool is_no_other_driver =
+          says(row, "outcome", "absent") ||
+          (says(row, "implementation", "as installed") && says(row, "outcome", "passed"));
+      return !says(row, "kind", "equal accuracy") && !is_no_other_driver;
+    });
     const bool is_judged = command == std::string_view("accuracy") || command == std::string_view("tradeoff");
     find(findings, is_judged ? "judged" : command, rows);
   }
@@ -277,6 +285,16 @@ Verdict verdict_of(const Results& results, std::string_view machine) {
         return source.context.quick && (machine.empty() || source.context.machine == machine);
       })) {
     findings.push_back({good, "Some of it was measured with --quick, which does less than a full run."});
+  }
+  Names cut;
+  for (const Source& source : results) {
+    if (source.cut && (machine.empty() || source.context.machine == machine)) {
+      cut.insert(source.file.filename().string());
+    }
+  }
+  if (!cut.empty()) {
+    findings.push_back(
+        {unsure, fmt::format("Cut, because the command was ended before it had all rows: {}.", few(cut))});
   }
   std::ranges::stable_sort(findings, std::ranges::greater(), &Finding::state);
   Verdict verdict{
