@@ -119,7 +119,7 @@ void print_scene(const json& rows) {
              extent.text(), method.substr(0, method.find("-active")), some["iterations"].get<std::int64_t>(),
              some["fine_sweep_equivalents"].get<double>() * static_cast<double>(extent.sites()) * 1e-6);
   for (const json& row : published()["timings"]) {
-    if (some["energy"] == "hdm" && row["scene"] == some["scene"] &&
+    if (some["energy"] == thesis_energy.name && row["scene"] == some["scene"] &&
         extent == Extent{row["size"], row["size"]}) {
       fmt::print("{}", row_text("  thesis, table {table}: GPU {gpu_seconds} s, CPU {cpu_seconds} s, "
                                 "speed-up {speed_up}\n",
