@@ -16,7 +16,7 @@ struct StepCost {
 /// Of cells without a matrix of their own. `axes`: 2 or 3; volumes make the moments of the image's cells from
 /// moduli.
 [[nodiscard]] constexpr StepCost step_cost(const MethodStep& step, std::size_t axes) {
-  using Kind = MethodStep::Kind;
+  using Step = MethodStep::Kind;
   const bool in_volume = axes == 3;
   const bool is_image = step.level == 0;
   const bool has_load = step.from == ElasticField::correction;
@@ -34,21 +34,21 @@ struct StepCost {
     return StepCost{operations, floats * sizeof(float)};
   };
   switch (step.kind) {
-  case Kind::relax:
+  case Step::relax:
     return cost(forces + load + relaxed, 2 * components + load + moments + responses);
-  case Kind::relax_from_zero:
+  case Step::relax_from_zero:
     return cost(relaxed - components, 2 * components + responses);
-  case Kind::forces:
+  case Step::forces:
     return cost(forces, 2 * components + moments + mask);
-  case Kind::restrict_residual:
+  case Step::restrict_residual:
     return cost(forces + load + restricted, components + load + moments + mask + coarse);
-  case Kind::restrict_load:
+  case Step::restrict_load:
     return cost(restricted, components + mask + coarse);
-  case Kind::interpolate:
+  case Step::interpolate:
     return cost(in_volume ? 7.875 : 3.5, components + mask + coarse);
-  case Kind::correct:
+  case Step::correct:
     return cost(in_volume ? 11.25 : 5.5, 2 * components + mask + coarse);
-  case Kind::advance:
+  case Step::advance:
     return cost(2 * components, 3 * components);
   default: // write, and the coarsest level, whose matrix is not an array of a level
     return {};

@@ -31,7 +31,7 @@ struct Limit {
   const char* option; ///< of ulimit
 };
 
-constexpr std::array limits{Limit{RLIMIT_NOFILE, 64, "open files", "-n"},
+constexpr std::array least_limits{Limit{RLIMIT_NOFILE, 64, "open files", "-n"},
                             Limit{RLIMIT_STACK, rlim_t{1} << 20, "bytes of stack", "-s"}};
 
 /// What a handler of signals may use: texts that are there before, and write().
@@ -113,7 +113,7 @@ std::string address_space() {
 } // namespace
 
 void require_limits() {
-  for (const Limit& one : limits) {
+  for (const Limit& one : least_limits) {
     rlimit limit{};
     if (getrlimit(one.resource, &limit) == 0 && limit.rlim_cur < one.least) {
       throw InputError(fmt::format("{} {} are allowed (ulimit {}), {} are needed", limit.rlim_cur, one.what,

@@ -16,8 +16,8 @@ namespace {
 
 constexpr int together = 8; ///< that are waited for at once
 
-json new_kernel_row(const Kernel& kernel, const Backend& backend, const SessionOptions& session, Extent image,
-                    std::string_view energy) {
+json new_kernel_row(const TimedKernel& kernel, const Backend& backend, const SessionOptions& session,
+                    Extent image, std::string_view energy) {
   const int threads = backend.threads(session);
   json row = with_size({{"kernel", kernel.name},
                         {"level", kernel.level},
@@ -52,7 +52,7 @@ void Bench::add_kernels(const KernelPlan& plan) {
     places_.push_back({.load = {}, .options = plan.options, .name = std::string(energy)});
     const auto kernels = std::make_shared<Kernels>(*backend, plan.options.session, plan.elastic, plan.extent);
     for (std::size_t i = 0; i < kernels->all().size(); ++i) {
-      const Kernel& kernel = kernels->all()[i];
+      const TimedKernel& kernel = kernels->all()[i];
       json row = new_kernel_row(kernel, *backend, plan.options.session, plan.extent, energy);
       std::string name = fmt::format("kernel/{}/{}/level {}/{}/{}", energy, plan.extent.text("x"),
                                      kernel.level, kernel.name, backend->name());
@@ -70,7 +70,7 @@ void Bench::add_kernels(const KernelPlan& plan) {
 }
 
 void Bench::measure_kernel(Case& one, benchmark::State& state) {
-  const Kernel& kernel = one.kernels->all()[one.kernel];
+  const TimedKernel& kernel = one.kernels->all()[one.kernel];
   if (open_ != one.kernels) {
     if (open_) {
       open_->close(); // before the next one needs the room

@@ -10,7 +10,7 @@
 namespace hdmbench {
 
 /// One step of a method by itself.
-struct Kernel {
+struct TimedKernel {
   std::string name;        ///< "sweep, unobserved", "relax", "dot"
   int level = 0;           ///< that it works on; 0 is the image
   Extent sites{};          ///< of that level
@@ -30,7 +30,7 @@ public:
   Kernels(const Kernels&) = delete;
   Kernels& operator=(const Kernels&) = delete;
 
-  [[nodiscard]] const std::vector<Kernel>& all() const { return all_; }
+  [[nodiscard]] const std::vector<TimedKernel>& all() const { return all_; }
   /// Makes ready to run this one: opens sessions and uploads. Throws DeviceError.
   void prepare(std::size_t kernel);
   /// Runs it so many times, one after the other, and waits for the last one. Throws DeviceError.
@@ -45,7 +45,7 @@ private:
   SessionOptions session_;
   bool elastic_;
   Extent extent_;
-  std::vector<Kernel> all_{};
+  std::vector<TimedKernel> all_{};
   std::vector<MethodStep> steps_{}; ///< of the elastic energy, the first of all_
   std::unique_ptr<Open> open_;      ///< null: nothing is
 };

@@ -285,7 +285,7 @@ private:
                         : "";
         break;
       }
-      const std::string reason = why_further(error, contrast);
+      const std::string reason = why_further(error, error.contrast());
       const ElasticSolver::Step step = solver.conjugate_gradients();
       if (step.ended) {
         at_rest = step.at_rest;
