@@ -32,7 +32,7 @@ struct Limit {
 };
 
 constexpr std::array least_limits{Limit{RLIMIT_NOFILE, 64, "open files", "-n"},
-                            Limit{RLIMIT_STACK, rlim_t{1} << 20, "bytes of stack", "-s"}};
+                                  Limit{RLIMIT_STACK, rlim_t{1} << 20, "bytes of stack", "-s"}};
 
 /// What a handler of signals may use: texts that are there before, and write().
 struct LastWords {

@@ -52,8 +52,12 @@ function head(machine, files) {
     newest.commit && `commit ${newest.commit}`];
   const list = (notes) => notes.length > 0 && el("ul", {}, notes.map((note) => el("li", {}, with_times(note.sentence))));
   const others = machine.notes.filter((note) => note.state === "good");
+  // A graphics card has a name by each of its drivers: the shortest.
+  const cards = files.filter((file) => file.command === "devices").flatMap((file) => file.results)
+    .filter((row) => row.available && !row.software && !["scalar", "openmp"].includes(row.backend))
+    .map((row) => row.device).sort((a, b) => a.length - b.length);
   return [
-    el("h1", {}, machine.name),
+    el("h1", {}, [...cards.slice(0, 1), machine.name].join(" · ")),
     el("p", { class: "soft" }, where.filter(Boolean).join(" · ")),
     el("div", { class: `verdict ${machine.state}` }, el("p", { class: "sentence" }, with_times(machine.sentence)),
       list(machine.notes.filter((note) => note.state !== "good"))),

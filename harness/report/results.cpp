@@ -52,11 +52,12 @@ std::vector<Path> result_files(std::span<const Path> paths) {
 
 /// What tells one computation of a command from another; none: rows of this command are never replaced.
 std::string identity(const Source& source, const json& row) {
-  static const std::set<std::string_view> commands{"verify", "golden", "bench", "accuracy", "tradeoff"};
-  static constexpr std::array keys{"kind",    "scene",        "width",   "height",  "depth",
-                                   "backend", "device",       "mode",    "method",  "variant",
-                                   "energy",  "effort",       "work",    "ranks",   "asked",
-                                   "target",  "poisson_used", "poisson", "threads", "command"};
+  static const std::set<std::string_view> commands{"verify",        "golden",   "bench",
+                                                   "bench-kernels", "accuracy", "tradeoff"};
+  static constexpr std::array keys{"kind",    "scene",   "width",  "height",  "depth",        "backend",
+                                   "device",  "mode",    "method", "variant", "energy",       "effort",
+                                   "work",    "ranks",   "asked",  "target",  "poisson_used", "poisson",
+                                   "threads", "command", "kernel", "level"};
   if (source.command == "devices") {
     return source.context.machine;
   }
@@ -103,6 +104,9 @@ Results load_results(std::span<const Path> paths) {
     if (wrong != source.results.end()) {
       throw InputError(fmt::format("{}: results[{}] must be an object", file.string(),
                                    std::distance(source.results.begin(), wrong)));
+    }
+    if (source.command == "bench" && !source.results.empty() && source.results.front().contains("kernel")) {
+      source.command = "bench-kernels"; // steps by themselves, which no whole solution stands beside
     }
     results.push_back(std::move(source));
   }

@@ -254,8 +254,10 @@ void find_in_verify(Findings& findings, const Results& results, std::string_view
   find_skipped(findings, rows, "comparison");
   for (const json* const device : rows_of(results, "devices", machine)) {
     const std::string backend = text_of(*device, "backend");
+    const auto is_its_own = [&](const json* row) { return says(*row, "backend", backend); };
     const bool is_named =
-        std::ranges::any_of(rows, [&](const json* row) { return says(*row, "backend", backend); });
+        std::ranges::any_of(rows, is_its_own) ||
+        count_where(rows_where(timed, [&](const json& row) { return is_its_own(&row); }), is_checked) > 0;
     if (!is_named && backend != "scalar") {
       const std::string reason = text_of(*device, "reason");
       findings.push_back(

@@ -88,9 +88,10 @@ void set_poisson(Scene& scene, const std::string& text) {
     throw InputError("it must be above -1 and at most 0.5");
   }
   if (scene.extent().axes() == 3 && poisson > largest_volume_poisson) {
-    throw InputError(fmt::format("of a volume it must be at most {}: one that keeps its size whatever pulls at "
-                                 "it has no energy of this kind",
-                                 largest_volume_poisson));
+    throw InputError(
+        fmt::format("of a volume it must be at most {}: one that keeps its size whatever pulls at "
+                    "it has no energy of this kind",
+                    largest_volume_poisson));
   }
   scene.elastic.poisson = poisson;
 }
