@@ -364,7 +364,7 @@ TEST(CommandLine, LimitsOfTheSystemAreNamed) {
   const std::string run = "run " + scene + " --output " + at + "/out";
   const auto shell = [](const char* words) { return fmt::format("sh -c '{}; exec \"$0\" \"$@\"'", words); };
   for (const auto& [limit, says] :
-       {std::pair{shell("ulimit -n 4"), "4 open files are allowed (ulimit -n)"},
+       {std::pair{shell("ulimit -n 32"), "32 open files are allowed (ulimit -n)"},
         {shell("ulimit -s 128"), "131072 bytes of stack are allowed (ulimit -s)"},
         {shell("ulimit -f 8"), "(ulimit -f)"},
         {shell("export OMP_STACKSIZE=1000G"), "a library has ended the program"}}) {

@@ -30,7 +30,9 @@ int lint(const std::vector<std::pair<const char*, std::string>>& texts) {
   std::string command = "glslangValidator";
   for (const auto& [name, text] : texts) {
     const auto number = std::to_string(command.size());
-    command += " '" + folder.write(number + name, text).string() + "'";
+    std::string linted = text;
+    linted.insert(linted.find('\n') + 1, "#define HDM_NO_PRECISE\n"); // kernels/shaders/precise.glsl
+    command += " '" + folder.write(number + name, linted).string() + "'";
   }
   return std::system(command.c_str());
 }

@@ -27,12 +27,11 @@ std::string info_log(GLuint name, const Function<decltype(&::glGetShaderiv)>& ge
 class Shader {
 public:
   Shader(const Api& api, const Program::Stage& stage) : shader_(api, stage.type) {
-    const GLchar* text = stage.source.c_str();
-    api.ShaderSource(name(), 1, &text, nullptr);
-    api.CompileShader(name());
-    GLint compiled = GL_FALSE;
-    api.GetShaderiv(name(), GL_COMPILE_STATUS, &compiled);
-    if (compiled == GL_FALSE) {
+    const std::size_t after_version = stage.source.find('\n') + 1;
+    const bool has_choice = stage.source.find("HDM_NO_PRECISE") != std::string::npos; // precise.glsl
+    if (!compiles(api, stage.source) &&
+        !(has_choice &&
+          compiles(api, std::string(stage.source).insert(after_version, "#define HDM_NO_PRECISE\n")))) {
       throw DeviceError(
           fmt::format("glCompileShader: {}", info_log(name(), api.GetShaderiv, api.GetShaderInfoLog)));
     }
@@ -41,6 +40,15 @@ public:
   [[nodiscard]] GLuint name() const { return shader_.name(); }
 
 private:
+  bool compiles(const Api& api, const std::string& source) const {
+    const GLchar* text = source.c_str();
+    api.ShaderSource(name(), 1, &text, nullptr);
+    api.CompileShader(name());
+    GLint compiled = GL_FALSE;
+    api.GetShaderiv(name(), GL_COMPILE_STATUS, &compiled);
+    return compiled != GL_FALSE;
+  }
+
   Object<&Api::CreateShader, &Api::DeleteShader> shader_;
 };
 
