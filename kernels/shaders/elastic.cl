@@ -57,10 +57,16 @@ typedef struct {
 #define SITE_COLUMNS COLUMNS
 #define SITE_ROWS ROWS
 #define TOLD(i) a->told.words[i]
+#if LANES > 1
+#define SLOT(number) slot_of(a, number)
 #define CODE_TOLD(number) code_told(a, number)
+#else
+#define SLOT(number) ((number) == 0 ? a->from : (number) == 1 ? a->second : a->third)
+#define CODE_TOLD(number) TOLD(12 + (number))
+#endif
 #define REAL_TOLD(i) as_float(TOLD(i))
 #define PLANE ((size_t)TOLD(3))
-#define FIELD(single, slot) (TOGETHER != 0 ? slot_of(a, work->slot) + base : a->single)
+#define FIELD(single, slot) (TOGETHER != 0 ? SLOT(work->slot) + base : a->single)
 // Arrays of sums have one plane.
 #define GET_FROM(c, i)                                                                         \
   HDM_UNROLLED                                                                                 \
@@ -87,7 +93,7 @@ typedef struct {
   }
 #define WAIT_FOR_ALL barrier(CLK_GLOBAL_MEM_FENCE)
 
-// Without an index or an address that is known at run time only: a GPU would put all that a kernel is told into memory.
+#if LANES > 1 // without an index or an address that is known at run time only: a GPU would put all of it into memory
 HDM_FUNCTION __global float* slot_of(const Arrays* a, int number) {
   __global float* from = a->from;
   __global float* second = a->second;
@@ -103,6 +109,7 @@ HDM_FUNCTION int code_told(const Arrays* a, int number) {
   }
   return code;
 }
+#endif
 
 #include "elastic_sites.h"
 
