@@ -1,5 +1,6 @@
 #include "harness/check/compare.hpp"
 #include "harness/cli/arguments.hpp"
+#include "harness/cli/run_files.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/ranks/message_passing.hpp"
@@ -48,7 +49,7 @@ bool asks(const Call& call) {
   return !call[accuracy].empty() || !call[within].empty();
 }
 
-/// Of a scene whose pixels have sides of `spacing` millimetres. Throws InputError.
+/// Returns what is asked for of a scene whose pixels have sides of `spacing` millimetres. Throws InputError.
 Request request_of(const Call& call, double spacing) {
   Request wanted;
   if (!call[accuracy].empty()) {
@@ -76,7 +77,7 @@ void print_levels(const Solution& solution, bool counted) {
              repeated ? "  * acceleration diverged, computed again without\n" : "");
 }
 
-/// Of the energy that the displacement minimises, over sites.
+/// Returns the mean over sites of the energy that the displacement minimises.
 double mean_energy_of(const Scene& scene, const VectorField& displacement) {
   if (!scene.energy->is_of_cells()) {
     return mean_energy(scene.full, displacement);
@@ -200,7 +201,7 @@ json plan_row(const Scene& scene, const Request& request, const Plan& plan) {
   return row;
 }
 
-/// Of the scene and of its field; a plan has its error, by a method of its own.
+/// Returns the warnings about the scene and its field; a plan has its error, by a method of its own.
 Warnings find_warnings(const Scene& scene, const Solution& solution, const std::optional<Plan>& plan) {
   Warnings warnings;
   if (is_inspected(scene.extent())) {
@@ -213,93 +214,6 @@ Warnings find_warnings(const Scene& scene, const Solution& solution, const std::
                     (plan->met && warning.kind == "not-converged"));
   });
   return warnings;
-}
-
-constexpr std::array picture_names{"before", "after", "grid", "magnitude", "jacobian", "slices"};
-
-/// Of an image those without slices.
-std::span<const char* const> pictures_of(const Scene& scene) {
-  return std::span(picture_names).first(!is_inspected(scene.extent()) ? 0 : scene.extent().depth > 1 ? 6 : 5);
-}
-
-/// A slice across x or y with its last row first: z leads up in the pictures, as heads stand.
-ScalarField upright(const ScalarField& slice, const Plane& plane) {
-  if (plane.axis == 2) {
-    return slice;
-  }
-  ScalarField turned(slice.extent);
-  for (int row = 0; row < slice.extent.height; ++row) {
-    std::copy_n(slice.values.data() + slice.extent.index(0, row), slice.extent.width,
-                turned.values.data() + slice.extent.index(0, slice.extent.height - 1 - row));
-  }
-  return turned;
-}
-
-/// Of a volume what `draw` makes of each of its planes to show, beside each other. `files`: as file_names()
-/// has them. The row of a volume is told how the slices lie in their picture.
-void write_pictures(const std::filesystem::path& folder, std::span<const std::string> files,
-                    const Scene& scene, const VectorField& displacement, json& row) {
-  const std::vector<Plane> planes = planes_to_show(displacement);
-  const auto drawn = [&](const auto& draw) {
-    std::vector<ScalarField> slices;
-    std::ranges::transform(planes, std::back_inserter(slices),
-                           [&](const Plane& plane) { return upright(draw(plane), plane); });
-    return side_by_side(slices);
-  };
-  const auto slices_of = [&](const ScalarField& field) {
-    return drawn([&](const Plane& plane) { return slice_of(field, plane); });
-  };
-  write_png(folder / files[1], slices_of(scene.picture));
-  write_png(folder / files[2],
-            drawn([&](const Plane& plane) { return warp(scene.picture, displacement, plane); }));
-  // The lines of a grid stay in their plane: what leads out of it shows in the magnitude.
-  write_png(folder / files[3], drawn([&](const Plane& plane) {
-              const VectorField in_plane = slice_of(displacement, plane);
-              return warp(grid_picture(in_plane.extent, grid_spacing(scene.extent())), in_plane);
-            }));
-  const ScalarField magnitude = magnitude_of(displacement);
-  write_magnitude_png(folder / files[4], slices_of(magnitude),
-                      std::max(double{std::ranges::max(magnitude.values)}, 1e-6));
-  // Full blue is a fold, full red a doubled area, or volume.
-  const ScalarField change = slices_of(area_change_map(displacement));
-  write_signed_png(folder / files[5], change.extent, change.values, 1.0);
-  if (scene.extent().depth > 1) {
-    const ContactSheet sheet = contact_sheet(scene.picture, displacement);
-    write_png(folder / files[6], sheet.picture);
-    row["slices"] = with_size({{"at", {planes[2].at, planes[1].at, planes[0].at}}}, sheet.volume);
-  }
-}
-
-/// What goes to the output folder: the field, with this extension, then, of a scene that is inspected, the
-/// pictures.
-std::vector<std::string> file_names(const Scene& scene, const std::string& extension) {
-  std::vector<std::string> names{fmt::format("{}.{}", scene.name, extension)};
-  for (const char* const picture : pictures_of(scene)) {
-    names.push_back(fmt::format("{}-{}.png", scene.name, picture));
-  }
-  return names;
-}
-
-/// Writes these `files`, says so, and puts their names, as they are seen from the result file `results`, into
-/// the row of the run. Throws InputError where one cannot be written.
-void write_files(const std::filesystem::path& folder, const std::vector<std::string>& files,
-                 const std::filesystem::path& results, const Scene& scene, const VectorField& displacement,
-                 json& row) {
-  if (!have_images()) {
-    fmt::print("  No files are written: this build has no image support (-DHDMBENCH_IMAGES=ON).\n");
-    return;
-  }
-  write_displacement(folder / files[0], displacement, scene.spacing, scene.placement, scene.oblong);
-  row["field"] = beside(results, folder, files[0]);
-  fmt::print("  {}: the displacement in millimetres\n", (folder / files[0]).string());
-  if (is_inspected(scene.extent())) {
-    write_pictures(folder, files, scene, displacement, row);
-    fmt::print("  beside it {}\n", fmt::join(files.begin() + 1, files.end(), ", "));
-  }
-  std::size_t next = 1;
-  for (const char* const picture : pictures_of(scene)) {
-    row["pictures"][picture] = beside(results, folder, files[next++]);
-  }
 }
 
 /// Prints what became of the pixels of the images of targets, and puts it into the row of the run; nothing of
@@ -316,6 +230,105 @@ void report_observations(const Scene& scene, json& row) {
   }
 }
 
+/// A scene that was solved, by a plan or by its own method.
+struct Solved {
+  const Scene& scene;
+  const Request& request;
+  const std::optional<Plan>& plan;
+  const Solution& solution;
+  std::string backend; ///< of ranks all of them
+  std::string device;
+  std::string absurd; ///< why there is no displacement; empty: there is one
+  Warnings warnings;
+
+  [[nodiscard]] std::string method() const { return plan ? "as needed" : method_name(scene); }
+  [[nodiscard]] bool is_volume() const { return scene.extent().axes() == 3; }
+  [[nodiscard]] const char* unit() const { return is_volume() ? "voxels" : "px"; }
+};
+
+json row_of(const Solved& solved) {
+  const auto& [scene, request, plan, solution, backend, device, absurd, warnings] = solved;
+  json row = with_size({{"scene", scene.name},
+                        {"title", scene.title},
+                        {"backend", backend},
+                        {"device", device},
+                        {"method", solved.method()},
+                        {"energy", scene.energy->name},
+                        {"seconds", solution.timings.total()},
+                        {"levels", solution.levels.size()},
+                        {"iterations", total_iterations(solution.levels)},
+                        {"mean_energy", absurd.empty() ? mean_energy_of(scene, solution.displacement)
+                                                       : std::numeric_limits<double>::quiet_NaN()},
+                        {"largest_displacement", largest_magnitude(solution.displacement)},
+                        {"spacing", scene.spacing},
+                        {"placement", scene.placement},
+                        {"warnings", warnings},
+                        {"estimated_px", solution.estimated_error},
+                        {"field", ""}},
+                       scene.extent());
+  if (plan) {
+    row["plan"] = plan_row(scene, request, *plan);
+  }
+  return row;
+}
+
+/// Prints how the scene was solved: the plan, with its steps where they are to be explained, or the levels.
+void print_way(const Solved& solved, const json& row, bool explained) {
+  const Scene& scene = solved.scene;
+  fmt::print("{}\n{} {} of {:.4g} mm, {} on {} ({})\n\n", scene.title, scene.extent().text(),
+             solved.is_volume() ? "voxels" : "pixels", scene.spacing, solved.method(), solved.backend,
+             solved.device);
+  if (!solved.plan) {
+    print_levels(solved.solution, is_inspected(scene.extent()) && !scene.energy->is_of_cells());
+    return;
+  }
+  if (explained) {
+    fmt::print("{}\n",
+               table_text(row["plan"]["steps"],
+                          "size|action:step|moved:moved px|expected_error:error px|seconds|reason:why"));
+  }
+  fmt::print("  {}{}; {:.3g} sweeps over the full resolution in all\n", solved.plan->outcome,
+             scene.oblong && !has_equal_sides(*scene.oblong)
+                 ? fmt::format(" on the resampled {}", solved.is_volume() ? "cubes" : "squares")
+                 : "",
+             fine_sweep_equivalents(*solved.plan));
+}
+
+/// Prints what came out, and what speaks against it.
+void print_result(const Solved& solved, json& row) {
+  const Solution& solution = solved.solution;
+  fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} {}, {} iterations in {:.3g} s\n",
+             row["mean_energy"].get<double>(), row["largest_displacement"].get<double>(), solved.unit(),
+             row["iterations"].get<std::int64_t>(), solution.timings.total());
+  if (solution.estimated_error && !solved.plan) {
+    fmt::print("  estimated distance from finite elements {:.2g} {}\n", *solution.estimated_error,
+               solved.unit());
+  }
+  report_observations(solved.scene, row);
+  if (!solved.absurd.empty()) {
+    fmt::print(
+        "  NO RESULT: {}; look for extreme moduli, targets or a huge --penalty, or take another --method\n",
+        solved.absurd);
+  }
+  fmt::print("\n{}\n", is_inspected(solved.scene.extent())
+                           ? warnings_text(solved.warnings)
+                           : "  Not diagnosed, and no pictures: beyond 4096 x 4096 sites that takes more "
+                             "time and memory than the solution.\n");
+}
+
+/// Throws InputError where the files cannot be written, before anything is solved.
+void require_output(const Call& call, const Scene& scene, const std::vector<std::string>& files) {
+  if (have_images()) {
+    let_first_check(call.ranks, [&] {
+      require_folder(call[option::output], files, files_of_scene(call[option::scene]));
+    });
+  }
+  if (call[format] == "nii.gz" && scene.extent().axes() == 2) {
+    throw InputError("--format nii.gz is for volumes: programs read a NIfTI file of one slice without its "
+                     "place in space; give nrrd or mha");
+  }
+}
+
 int run_scene(Call& call) {
   require_meaning(call);
   Ranks* const ranks = call.ranks;
@@ -325,7 +338,6 @@ int run_scene(Call& call) {
   Scene scene = load_for(call);
   require_same_scenes(call, {&scene, 1});
   const Request request = request_of(call, scene.spacing);
-  const bool inspected = is_inspected(scene.extent());
   const auto registry = make_backends();
   SessionOptions session = call.session();
   std::optional<RankBackend> shared;
@@ -336,15 +348,8 @@ int run_scene(Call& call) {
   const Backend& backend = shared ? *shared : choose_backend(call, registry, scene);
   const Device device = backend.device(session);
   const std::vector<std::string> files = file_names(scene, call[format]);
-  if (have_images()) {
-    let_first_check(
-        ranks, [&] { require_folder(call[option::output], files, files_of_scene(call[option::scene])); });
-  }
+  require_output(call, scene, files);
   require_held(scene);
-  if (call[format] == "nii.gz" && scene.extent().axes() == 2) {
-    throw InputError("--format nii.gz is for volumes: programs read a NIfTI file of one slice without its "
-                     "place in space; give nrrd or mha");
-  }
 
   progress.set_total(site_updates(scene));
   progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
@@ -353,88 +358,38 @@ int run_scene(Call& call) {
   if (asks(call)) {
     plan = solve_as_needed(scene, request, backend, session, progress);
   } else {
-    unplanned =
-        Solver(backend, session).solve(scene, progress, {.unread = &scene, .last_changed = inspected});
+    unplanned = Solver(backend, session)
+                    .solve(scene, progress, {.unread = &scene, .last_changed = is_inspected(scene.extent())});
   }
   const Solution& solution = plan ? plan->solution : unplanned;
   progress.clear();
-  json by_rank = json::array();
-  if (ranks != nullptr) {
-    by_rank = rows_of_ranks(call, registry, *shared, memory, *ranks);
-    if (!call.speaks()) { // all have the same field
-      return success;
-    }
+  const json by_rank = ranks == nullptr ? json() : rows_of_ranks(call, registry, *shared, memory, *ranks);
+  if (!call.speaks()) { // all ranks have the same field
+    return success;
   }
-  const std::string absurd = why_absurd(scene, solution);
-  const Warnings warnings = find_warnings(scene, solution, plan);
-  const std::string method = plan ? "as needed" : method_name(scene);
-  const double energy = absurd.empty() ? mean_energy_of(scene, solution.displacement)
-                                       : std::numeric_limits<double>::quiet_NaN();
-  const double largest = largest_magnitude(solution.displacement);
-  const std::int64_t iterations = total_iterations(solution.levels);
-  json row = with_size({{"scene", scene.name},
-                        {"title", scene.title},
-                        {"backend", shared ? shared->backends() : std::string(backend.name())},
-                        {"device", device.name},
-                        {"method", method},
-                        {"energy", scene.energy->name},
-                        {"seconds", solution.timings.total()},
-                        {"levels", solution.levels.size()},
-                        {"iterations", iterations},
-                        {"mean_energy", energy},
-                        {"largest_displacement", largest},
-                        {"spacing", scene.spacing},
-                        {"placement", scene.placement},
-                        {"warnings", warnings},
-                        {"field", ""}},
-                       scene.extent());
-  const bool is_volume = scene.extent().axes() == 3;
-  const char* const unit = is_volume ? "voxels" : "px";
-  fmt::print("{}\n{} {} of {:.4g} mm, {} on {} ({})\n\n", scene.title, scene.extent().text(),
-             is_volume ? "voxels" : "pixels", scene.spacing, method, backend.name(), device.name);
-  if (plan) {
-    row["plan"] = plan_row(scene, request, *plan);
-    if (call[explain]) {
-      fmt::print("{}\n",
-                 table_text(row["plan"]["steps"],
-                            "size|action:step|moved:moved px|expected_error:error px|seconds|reason:why"));
-    }
-    fmt::print("  {}{}; {:.3g} sweeps over the full resolution in all\n", plan->outcome,
-               scene.oblong && !has_equal_sides(*scene.oblong)
-                   ? fmt::format(" on the resampled {}", is_volume ? "cubes" : "squares")
-                   : "",
-               fine_sweep_equivalents(*plan));
-  } else {
-    print_levels(solution, inspected && !scene.energy->is_of_cells());
-  }
+  const Solved solved{scene,
+                      request,
+                      plan,
+                      solution,
+                      shared ? shared->backends() : std::string(backend.name()),
+                      device.name,
+                      why_absurd(scene, solution),
+                      find_warnings(scene, solution, plan)};
+  json row = row_of(solved);
+  print_way(solved, row, call[explain]);
   if (ranks != nullptr) {
     row.update({{"ranks", ranks->size()}, {"by_rank", by_rank}});
     fmt::print("\n{}", table_text(by_rank, "machine|backend|device|threads|messages|bytes:bytes sent|"
                                            "peak_memory:bytes at most"));
   }
-  fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} {}, {} iterations in {:.3g} s\n", energy,
-             largest, unit, iterations, solution.timings.total());
-  row["estimated_px"] = solution.estimated_error;
-  if (solution.estimated_error && !plan) {
-    fmt::print("  estimated distance from finite elements {:.2g} {}\n", *solution.estimated_error, unit);
-  }
-  report_observations(scene, row);
-  if (!absurd.empty()) {
-    fmt::print(
-        "  NO RESULT: {}; look for extreme moduli, targets or a huge --penalty, or take another --method\n",
-        absurd);
-  }
-  fmt::print("\n{}\n", inspected
-                           ? warnings_text(warnings)
-                           : "  Not diagnosed, and no pictures: beyond 4096 x 4096 sites that takes more "
-                             "time and memory than the solution.\n");
-  if (absurd.empty()) {
+  print_result(solved, row);
+  if (solved.absurd.empty()) {
     write_files(call[option::output], files, call[option::json], scene, solution.displacement, row);
   } else {
     fmt::print("  No files are written: there is no displacement.\n");
   }
   call.write(json::array({without_nulls(row)}));
-  return absurd.empty() && (!plan || plan->met) ? success : disagreement;
+  return solved.absurd.empty() && (!plan || plan->met) ? success : disagreement;
 }
 
 } // namespace
