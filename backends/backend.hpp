@@ -52,8 +52,9 @@ struct Device {
   bool is_software = false; ///< a CPU that pretends to be a GPU
 };
 
-/// Device::is_software of one that runs on a CPU or not. Where HDMBENCH_SOFTWARE_AS_HARDWARE is set in the
-/// environment none is: what is made for GPUs (shapes, ways to copy) can then be tested without one.
+/// Returns Device::is_software of a device that runs on a CPU or not. Where HDMBENCH_SOFTWARE_AS_HARDWARE is
+/// set in the environment none is: what is made for GPUs (shapes, ways to copy) can then be tested without
+/// one.
 [[nodiscard]] bool counts_as_software(bool runs_on_cpu);
 
 /// Which sites a sweep visits. Field and counts of changes are the same to the bit.

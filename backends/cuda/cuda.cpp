@@ -192,7 +192,7 @@ Device describe(const Api& api, DeviceNumber device) {
                                 attribute(api, major, device), attribute(api, minor, device))};
 }
 
-/// In the primary context of a device and its default stream, in order.
+/// Works in the primary context of a device and on its default stream, in order.
 class CudaDevice final : public ComputeDevice {
 public:
   CudaDevice(std::shared_ptr<const Api> api, DeviceNumber device)
@@ -271,7 +271,7 @@ private:
       call(part, staging().first(part.size()), begin);
     }
   }
-  /// On all threads: one alone is slower than the bus.
+  /// Copies on all threads: one alone is slower than the bus.
   static void copy(std::span<const std::byte> from, std::span<std::byte> to) {
     constexpr std::size_t piece = std::size_t{1} << 18;
     if (from.data() != to.data()) {

@@ -121,7 +121,7 @@ public:
                            static_cast<GLsizeiptr>(values.size()), values.data());
       return;
     }
-    // By another buffer: NVIDIA's driver moves one that the host reads into the host's memory, for good.
+    // A copy is read: NVIDIA's driver moves a buffer that the host reads into the host's memory, for good.
     const Buffer copied(gl_);
     gl_.BindBuffer(GL_COPY_WRITE_BUFFER, copied.name());
     gl_.BufferData(GL_COPY_WRITE_BUFFER, static_cast<GLsizeiptr>(std::min(values.size(), staging_bytes)),

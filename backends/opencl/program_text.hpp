@@ -30,7 +30,7 @@ struct Source {
 /// language's, and `text`.
 [[nodiscard]] std::string program_text(const ProgramKind& kind, std::string_view language,
                                        std::string_view text);
-/// The same in OpenCL C.
+/// Returns the whole text of a program in OpenCL C.
 [[nodiscard]] std::string program_text(const ProgramKind& kind);
 
 } // namespace hdmbench::opencl

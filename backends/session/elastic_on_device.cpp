@@ -17,9 +17,10 @@ namespace {
 /// Sites that are computed before the host waits, so that no driver takes the work for hung.
 constexpr double most_in_flight = 2e8;
 
-/// One work group of a GPU computes fewer coarse sites than one on a CPU: a step of a whole GPU takes 4 us,
-/// of one group 8 us where it has 2720 sites in a volume (H200: 12 instead of 8 ms for 64 x 64 x 64, full
-/// multigrid; an image of 1200 x 1200 takes as long with 500, 700 and 1300).
+/// One work group of a GPU computes fewer coarse sites than one on a CPU, as a dispatch of all groups soon
+/// takes less. Measured on an NVIDIA H200 with CUDA by changing this number: `bench ball --energy elastic
+/// --sizes 64x64x64` computes for 12 ms with 2720, for 8 with 700 and with 0; images of 1200 x 1200 take as
+/// long with 500, 700 and 1300, and longer with 0.
 constexpr std::int64_t most_coarse_sites_on_gpu = 700;
 
 /// How the sites of a level are shared out: work items of a group, and sites of an item along the last axis
@@ -67,7 +68,7 @@ private:
     ElasticLayout::Part part;
   };
 
-  /// What of a plane begins with site `begin`.
+  /// Fills `to` with the part of a plane that begins with site `begin`.
   void fill(std::size_t plane, std::size_t begin, std::span<float> to) const {
     std::ranges::fill(to, 0.0F);
     const auto first_site = static_cast<std::int64_t>(begin);
@@ -191,13 +192,13 @@ private:
   [[nodiscard]] std::size_t components() const { return has_planes() ? 1 : axes_; }
   [[nodiscard]] std::size_t floats() const { return has_planes() ? 1 : bytes_of(texel()) / sizeof(float); }
   [[nodiscard]] Kind texel() const { return axes_ == 2 ? Kind::pairs : Kind::fours; }
-  /// From the first site of a level to the last.
+  /// Returns how many floats lie from the first site of a level to the last.
   [[nodiscard]] std::size_t region_floats(ElasticArray of) const {
     const ElasticLayout::Part& part = part_of(of);
     return floats() * static_cast<std::size_t>((part.sites.depth - 1) * part.layer +
                                                (part.sites.height - 1) * part.pitch + part.sites.width);
   }
-  /// Of a plane of an array, where its first site begins.
+  /// Returns where in an array the first site of a plane begins.
   [[nodiscard]] std::size_t first_float(ElasticArray of, std::size_t plane) const {
     return (static_cast<std::size_t>(part_of(of).first) + plane * static_cast<std::size_t>(layout_.size)) *
            floats();

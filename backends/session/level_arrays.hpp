@@ -49,7 +49,7 @@ void write_parts(ComputeDevice& device, const Array& to, std::size_t first, std:
     device.write(to, (first + begin) * sizeof(float), bytes);
   }
 }
-/// Likewise reads: take(begin, part) gets them.
+/// Reads likewise: take(begin, part) gets the floats.
 template <typename Take>
 void read_parts(ComputeDevice& device, const Array& from, std::size_t first, std::size_t count,
                 std::size_t together, const Take& take) {

@@ -13,8 +13,8 @@ struct StepCost {
   double bytes = 0.0;      ///< what is read and written of arrays as large as the level, once each
 };
 
-/// Of cells without a matrix of their own. `axes`: 2 or 3; volumes make the moments of the image's cells from
-/// moduli.
+/// Returns the cost of a step, without cells that have a matrix of their own. `axes`: 2 or 3; volumes make
+/// the moments of the image's cells from moduli.
 [[nodiscard]] constexpr StepCost step_cost(const MethodStep& step, std::size_t axes) {
   using Step = MethodStep::Kind;
   const bool in_volume = axes == 3;
@@ -25,7 +25,8 @@ struct StepCost {
   const double responses = in_volume ? 6.0 : 3.0;
   const double moments = !in_volume ? 6.0 : is_image ? 1.0 : 23.0;
   const double mask = in_volume || is_image ? components : 0.0; // what is prescribed is not handed down
-  // Of a cell and of the sums at a site. Squares along x and y are the same number on the image of a sheet.
+  // The operations of a cell and of the sums at a site. Squares along x and y are the same number on the
+  // image of a sheet.
   const double forces = in_volume ? (is_image ? 571.0 : 538.0) : is_image ? 73.0 : 75.0;
   const double relaxed = in_volume ? 18.0 : 8.0;
   const double restricted = in_volume ? 7.875 : 4.5;
@@ -55,7 +56,7 @@ struct StepCost {
   }
 }
 
-/// Of the sum over all components of the product of two fields: products, and one sum a site in the tree.
+/// Returns the cost of a dot product: a product and a sum for each component of a site.
 [[nodiscard]] constexpr StepCost dot_cost(std::size_t axes) {
   const auto components = static_cast<double>(axes);
   return {2 * components, 2 * components * sizeof(float)};

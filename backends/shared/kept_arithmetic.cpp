@@ -12,7 +12,7 @@ namespace hdmbench {
 
 namespace {
 
-/// By backend, what its driver has changed.
+/// What the driver of each backend has changed.
 struct Changes {
   std::mutex guard;
   std::map<std::string, std::string, std::less<>> found;
@@ -31,7 +31,7 @@ bool is_zero_below(Real factor) {
   return below == Real(0);
 }
 
-/// By integers: a comparison would take a subnormal operand for 0, too.
+/// Looks at a product: a comparison would take a subnormal operand for 0, too.
 bool subnormal_operands_are_zero() {
   volatile float operand = std::numeric_limits<float>::denorm_min();
   volatile float product = operand * 0x1p100F;

@@ -44,7 +44,7 @@ void if_present(Follower& follower, const Call& call) {
   }
 }
 
-/// The same of all.
+/// Calls it for every follower that is there.
 template <typename Followers, typename Call>
 void each_present(Followers& followers, const Call& call) {
   for (auto& follower : followers) {

@@ -202,7 +202,7 @@ std::string repeat_line(const Call& call, const Scene& scene, std::string_view b
   if (!scene.source.empty()) {
     line += fmt::format(" {} --size {}", shell_word(scene.source), scene.extent().text("x"));
   }
-  // Of bench it chooses sizes only, and one is given.
+  // It chooses sizes only for bench, and one is given.
   const char* const quick = call[option::quick] && call.command->get_name() != "bench" ? " --quick" : "";
   return fmt::format("{} --backends {}{}{}{}", line, backend, session_words(session), quick,
                      call.schedule.text(call[option::methods].empty()

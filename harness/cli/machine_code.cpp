@@ -57,7 +57,7 @@ json sums_of_targets(const json& rows) {
   return sums;
 }
 
-/// Of a row that is no pass, with at most `most` of its lines.
+/// Returns what is said of a row that is no pass, with some of its lines.
 std::string lines_of(const json& row) {
   std::string text = is_there(row)
                          ? row_text("\n{target}: {text}, {kernel}, {axes} axes: {verdict} {reason}\n", row)

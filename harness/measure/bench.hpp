@@ -102,12 +102,12 @@ private:
   void measure_kernel(Case& one, benchmark::State& state);
   void open(Case& one, Scene& scene);
   std::optional<Ceilings> ceilings_of(const Case& one);
-  /// Of its row, where they are asked for and there.
+  /// Puts the ceilings into its row, where they are asked for and there.
   void set_ceilings(Case& one);
   /// Why a field is not the reference's; empty: it is, or nothing is checked.
   std::string why_wrong(Case& one, Scene& scene, const VectorField& found);
   void compare_speeds(Case& one) const;
-  /// Of the cases that were run.
+  /// Returns the rows of the cases that were run.
   [[nodiscard]] nlohmann::json rows() const;
   [[nodiscard]] const Case* measured(std::size_t place, const std::function<bool(const Case&)>& fits) const;
 
@@ -118,7 +118,7 @@ private:
   std::size_t loaded_ = 0;
   std::shared_ptr<Kernels> open_; ///< those that have sessions; null: none have
   VectorField expected_;          ///< the reference's for scene_; empty: not yet known
-  /// By backend and threads; none where they cannot be measured.
+  /// The ceilings of a backend with so many threads; none where they cannot be measured.
   std::map<std::pair<std::string, int>, std::optional<Ceilings>> ceilings_;
 };
 

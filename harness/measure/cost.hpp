@@ -15,15 +15,16 @@ struct LevelWork {
   SiteCounts sites{}; ///< by SiteKind
 };
 
-/// By level, for schedules whose costs are declared (kernels/data/energy.hpp): candidates, all sites
-/// at once, a fixed number of iterations, each level once. Empty for others.
+/// Returns the work on each level, for schedules whose costs are declared (kernels/data/energy.hpp):
+/// candidates, all sites at once, a fixed number of iterations, each level once. Empty for others.
 [[nodiscard]] std::vector<LevelWork> level_work(const Scene& scene);
 
 /// What a solution takes at the least.
 struct SolutionCost {
   double operations = 0.0;
   double bytes = 0.0; ///< between memory and processor; of levels that a cache holds, too
-  /// Of `bytes` on levels that no cache of this machine holds. All of them on a device that is not a CPU.
+  /// Those `bytes` that belong to levels which no cache of this machine holds; all of them on a device that
+  /// is not a CPU.
   double bytes_from_memory = 0.0;
 };
 

@@ -17,8 +17,8 @@ namespace hdmbench::report {
 /// after scene, size and method. Disagreeing and mistrusted ones fail, and say the command line that repeats
 /// them.
 void write_junit(const std::filesystem::path& file, const nlohmann::json& rows);
-/// The same of rows of `machine-code`: a program is a test case, in a class named after target and text. Of a
-/// compiler that is not there one is skipped.
+/// Writes rows of `machine-code` likewise: a program is a test case, in a class named after target and text.
+/// A compiler that is not there is a skipped one.
 void write_junit_of_machine_code(const std::filesystem::path& file, const nlohmann::json& rows);
 
 } // namespace hdmbench::report

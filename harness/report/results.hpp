@@ -57,7 +57,7 @@ using Rows = std::vector<const nlohmann::json*>;
 [[nodiscard]] bool was_compared(const nlohmann::json& row);
 /// That a row of verify says "disagree", or "agree" with what no row may have that agrees.
 [[nodiscard]] bool disagrees(const nlohmann::json& row);
-/// Of a row of bench: that its field was compared with another backend's, and is the same to the bit.
+/// Whether the field of a row of bench was compared with another backend's, and is the same to the bit.
 [[nodiscard]] bool is_checked(const nlohmann::json& row);
 /// The distance to what the method of a row approximates, px: finite elements with the Poisson ratio that it
 /// has.

@@ -66,7 +66,7 @@ Rows headline_rows(const Results& results, std::string_view machine) {
   return has_speed_ups ? rows : Rows();
 }
 
-/// Of a backend that disagrees nowhere; dense, as scalar is: what leaves out what rests does less work.
+/// Returns the figure of the fastest backend that disagrees nowhere, by dense work, as scalar's is.
 std::optional<Figure> fastest_figure(const Results& results, std::string_view machine) {
   std::set<std::string> wrong;
   for (const json* const row : rows_where(rows_of(results, "verify", machine), disagrees)) {

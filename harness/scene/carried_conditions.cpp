@@ -22,7 +22,7 @@ struct Reached {
   double share = 0.0; ///< of the site in the linear interpolation between the sites at the pixel
 };
 
-/// By pixel of an axis.
+/// The sites that each pixel of an axis reaches.
 using Reach = std::vector<std::vector<Reached>>;
 
 Reach reach_of(const PixelPositions& at, std::size_t axis, int pixels, int sites) {

@@ -231,7 +231,8 @@ bool is_metric(const Condition& condition) {
   return condition.where == Where::outside && (condition.outward || condition.closing > 0.0);
 }
 
-/// Of the file's pixels: no site is nearer to a pixel's centre than half a site, which is inside.
+/// Returns the labels of the file's pixels: no site is nearer to a pixel's centre than half a site, which is
+/// inside.
 LabelField labels_of_pixels(const Content& content, const PixelPositions& at) {
   LabelField labels{content.oblong->extent, {}};
   const Extent sites = content.labels.extent;

@@ -43,8 +43,8 @@ struct PixelPositions {
   [[nodiscard]] double of(std::size_t axis, int pixel) const { return first[axis] + pixel * step[axis]; }
   friend bool operator==(const PixelPositions&, const PixelPositions&) = default;
 };
-/// Among sites whose sides are `spacing` millimetres: pixels that were not resampled are the sites. Of an
-/// image the third axis is left as it is.
+/// Returns where the pixels lie among sites whose sides are `spacing` millimetres; pixels that were not
+/// resampled are the sites. The third axis of an image is left as it is.
 [[nodiscard]] PixelPositions positions_of(const FileGrid& grid, double spacing, const Placement& placement);
 
 } // namespace hdmbench

@@ -40,7 +40,7 @@ bool is_side(double value) {
   return value >= 1.0 && value <= 1e6 && value == std::floor(value);
 }
 
-/// As of image files.
+/// Whether a side of a pixel is one that image files may have, too: millimetres.
 constexpr bool is_pixel_side(double value) {
   return value >= 1e-6 && value <= 1e6;
 }

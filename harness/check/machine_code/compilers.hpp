@@ -37,9 +37,9 @@ enum class Word { kept, taken_out };
 [[nodiscard]] nlohmann::json compile_file(const GpuTarget& target, const GpuProgram& program, Word word,
                                           const std::filesystem::path& folder);
 
-/// The same of all programs by RADV, in a process of its own, which RADV_FORCE_FAMILY is set for; in order,
-/// and then its name with its version. Throws DeviceError where it is not there, refuses or crashes. Needs
-/// compile_apart().
+/// Returns the rows of all programs by RADV, in order, and then its name with its version. RADV runs in a
+/// process of its own, which RADV_FORCE_FAMILY is set for. Throws DeviceError where it is not there, refuses
+/// or crashes. Needs compile_apart().
 [[nodiscard]] nlohmann::json compile_by_radv_apart(const GpuTarget& target,
                                                    std::span<const GpuProgram> programs, Word word);
 

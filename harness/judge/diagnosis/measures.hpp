@@ -30,7 +30,7 @@ void warn(Warnings& warnings, std::string_view row, std::optional<std::size_t> s
       warning_of(row, sites, fmt::make_format_args(fmt::arg("sites", sites.value_or(0)), figures...)));
 }
 
-/// The same without advice that the scene has followed already: of the parts between semicolons those that
+/// Returns the warnings without advice that the scene has followed already: parts between semicolons that
 /// begin with its own method or candidates are left out, where others remain.
 [[nodiscard]] Warnings without_what_is_given(Warnings warnings, const Scene& scene);
 

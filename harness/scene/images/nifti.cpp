@@ -227,7 +227,7 @@ std::vector<char> bytes_of(const std::filesystem::path& file, const nifti_image&
   return bytes;
 }
 
-/// Of each pixel one component after the other; a file has all first components first.
+/// Returns the components of each pixel one after the other; a file has all first components first.
 std::vector<float> interleaved(std::vector<float> values, std::size_t components) {
   const std::size_t pixels = values.size() / components;
   std::vector<float> result(values.size());

@@ -126,7 +126,7 @@ void require_whole_meta_image(const std::filesystem::path& file, itk::MetaImageI
   }
 }
 
-/// The same of a NRRD file whose pixels stand in it.
+/// Throws InputError for a NRRD file that ends before its pixels, where they stand in it.
 void require_whole_nrrd(const std::filesystem::path& file, const NrrdFields& fields,
                         const itk::ImageIOBase& format) {
   const auto encoding = fields.find("encoding");
@@ -273,7 +273,7 @@ void require_reasonable_number(const std::filesystem::path& file, const Geometry
 
 namespace {
 
-/// Of the formats that ITK reads.
+/// Reads a file of one of the formats that ITK reads.
 Pixels read_by_itk(const std::filesystem::path& file) {
   const auto format = recognise(file);
   format->SetFileName(file.string());

@@ -46,7 +46,7 @@ inline constexpr double most_compact = 4.0;
 /// other seeds than those of test/promise_test, which prints how far off the estimates are.
 class RemainingError {
 public:
-  /// Of a sheet or a body, which is not read later.
+  /// Looks at a sheet or a body, which is not read later.
   explicit RemainingError(const Level& level);
 
   void add(const ElasticSolver::Step& step) {
@@ -114,7 +114,8 @@ private:
     return before > 0.0 ? std::pow(moved_.back() / before, 1.0 / static_cast<double>(ratios)) : 0.0;
   }
 
-  /// Of a body that springs alone hold, motions without strain are the slowest, and settle() ends them.
+  /// Returns the smallest eigenvalue that counts. Where springs alone hold a body, motions without strain are
+  /// the slowest, and settle() ends them.
   [[nodiscard]] double eigenvalue() const { return std::max(smallest_.value(), is_free_ ? 0.01 : 0.0); }
 
   static constexpr std::size_t most_ratios = 5;
