@@ -17,11 +17,8 @@ struct RingedField {
   [[nodiscard]] std::vector<float>& operator[](std::size_t axis) { return planes[axis]; }
   [[nodiscard]] const std::vector<float>& operator[](std::size_t axis) const { return planes[axis]; }
 
-  void require(const RingedGrid& grid) {
-    for (std::size_t axis = 0; axis < grid.axes(); ++axis) {
-      planes[axis].resize(grid.size());
-    }
-  }
+  /// Takes memory for all sites of the grid, all 0, unless it has it.
+  void require(const RingedGrid& grid);
 };
 
 /// The fields of all levels in the memory of the CPU. A field takes memory from its first use on: two of the
@@ -44,19 +41,8 @@ public:
   }
 
   /// Values of the level's extent.
-  void write(int level, ElasticField field, const VectorField& values) {
-    RingedField& to = at(level, field);
-    for_each_row(level, [&](std::size_t axis, std::size_t outside, std::size_t inside, int width) {
-      std::copy_n(values[axis].data() + outside, width, to[axis].data() + inside);
-    });
-  }
-  void read(int level, ElasticField field, VectorField& values) const {
-    const RingedField& from = at(level, field);
-    values = VectorField(grids_.at(static_cast<std::size_t>(level)).sites);
-    for_each_row(level, [&](std::size_t axis, std::size_t outside, std::size_t inside, int width) {
-      std::copy_n(from[axis].data() + inside, width, values[axis].data() + outside);
-    });
-  }
+  void write(int level, ElasticField field, const VectorField& values);
+  void read(int level, ElasticField field, VectorField& values) const;
 
   /// That of the image alone.
   void keep_displacement() {
@@ -66,18 +52,6 @@ public:
   }
 
 private:
-  /// call(axis, where the row begins in a VectorField, and in a RingedField, width)
-  template <typename Call>
-  void for_each_row(int level, const Call& call) const {
-    const RingedGrid& grid = grids_.at(static_cast<std::size_t>(level));
-    const Extent sites = grid.sites;
-    for (std::size_t axis = 0; axis < sites.axes(); ++axis) {
-      for (int row = 0; row < sites.height * sites.depth; ++row) {
-        call(axis, sites.index(0, row), grid.index(0, row % sites.height, row / sites.height), sites.width);
-      }
-    }
-  }
-
   RingedField& required(std::size_t level, ElasticField field) const {
     RingedField& result = levels_.at(level)[static_cast<std::size_t>(field)];
     result.require(grids_.at(level));

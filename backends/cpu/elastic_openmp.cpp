@@ -83,10 +83,13 @@ private:
     responses_.assign(hierarchy.levels.size(), {});
     for (std::size_t level = 0; level < responses_.size(); ++level) {
       const RingedGrid& grid = hierarchy.levels[level].grid;
-      for (std::vector<float>& entry : hierarchy.levels[level].response) {
-        responses_[level]
-            .emplace_back(entry, grid.pitch, grid.plane / grid.pitch, RingedGrid::margin)
-            .shrink();
+      std::vector<std::vector<float>>& entries = hierarchy.levels[level].response;
+      responses_[level].resize(entries.size());
+#pragma omp parallel for if (grid.sites.sites() > sites_worth_threads)
+      for (std::size_t entry = 0; entry < entries.size(); ++entry) {
+        responses_[level][entry] =
+            SharedRows(entries[entry], grid.pitch, grid.plane / grid.pitch, RingedGrid::margin);
+        responses_[level][entry].shrink();
       }
     }
     mixed_ = axes() == 3 ? MixedCells(hierarchy.levels.front()) : MixedCells();

@@ -23,6 +23,8 @@ constexpr double most_in_flight = 2e8;
 /// long with 500, 700 and 1300, and longer with 0.
 constexpr std::int64_t most_coarse_sites_on_gpu = 700;
 
+constexpr std::size_t worth_threads = std::size_t{1} << 16; ///< floats
+
 /// How the sites of a level are shared out: work items of a group, and sites of an item along the last axis
 /// and side by side. A rasterizer on the CPU has one thread a group and pays for each of them; of loops over
 /// many columns a compiler of OpenCL C makes SIMD; a GPU wants many items.
@@ -70,7 +72,7 @@ private:
 
   /// Fills `to` with the part of a plane that begins with site `begin`.
   void fill(std::size_t plane, std::size_t begin, std::span<float> to) const {
-    std::ranges::fill(to, 0.0F);
+    clear(to);
     const auto first_site = static_cast<std::int64_t>(begin);
     const auto end_site = static_cast<std::int64_t>(begin + to.size() / stride_);
     for (const Laid& laid : laid_) {
@@ -126,7 +128,7 @@ public:
     for (std::size_t plane = 0; plane < planes(); ++plane) {
       write_parts(device_, slot(to), first_float(to, plane), region_floats(to), floats(),
                   [&](std::size_t begin, std::span<float> part) {
-                    std::ranges::fill(part, 0.0F);
+                    clear(part);
                     for_each_site_of(to, begin, part, [&](std::size_t site, float* numbers) {
                       for (std::size_t i = 0; i < components(); ++i) {
                         numbers[i] = values[plane + i][site];
@@ -224,7 +226,7 @@ private:
   void upload_fixed(const ElasticHierarchy& hierarchy) {
     SiteNumbers moments(layout_.size - layout_.moments_from(), axes_ == 3 ? 23 : 6, has_planes());
     SiteNumbers response(layout_.size, axes_ == 3 ? 7 : 3, has_planes()); // and moduli of a volume's sites
-    std::vector<float> matrices;
+    std::vector<const float*> matrices;                                   // of masked cells
     for (std::size_t number = 0; number < hierarchy.levels.size(); ++number) {
       const ElasticLevel& level = hierarchy.levels[number];
       const ElasticLayout::Part& part = layout_.levels[number];
@@ -238,13 +240,13 @@ private:
         response.lay(i, level.grid, level.response[i], part);
       }
       for (std::size_t cell = 0; cell < level.masked.x.size(); ++cell) {
-        append_blocks(level.masked.matrix(cell), matrices);
+        matrices.push_back(level.masked.matrix(cell));
       }
     }
     touched_ = touched_sites(hierarchy);
     moments.write(device_, fixed_[ELASTIC_MOMENTS]);
     response.write(device_, fixed_[ELASTIC_RESPONSE]);
-    put(ELASTIC_MATRICES, has_planes() ? Kind::words : Kind::fours, matrices);
+    write_blocks(matrices);
     put_components(ELASTIC_INVERSE, hierarchy.coarsest_inverse);
     put(ELASTIC_TOUCHED, Kind::words, touched_);
     if (!has_planes()) {
@@ -252,17 +254,29 @@ private:
     }
   }
 
-  /// Of a masked cell a block, filled up to fours, for the force on every corner by every other one: column
-  /// by column.
-  void append_blocks(const float* matrix, std::vector<float>& to) const {
-    const std::size_t corners = axes_ == 3 ? 8 : 4;
-    for (std::size_t pair = 0; pair < corners * corners; ++pair) {
-      for (std::size_t i = 0; i < (axes_ * axes_ + 3) / 4 * 4; ++i) {
-        const std::size_t column = pair / corners * axes_ + i / axes_;
-        to.push_back(i < axes_ * axes_ ? matrix[column * corners * axes_ + pair % corners * axes_ + i % axes_]
-                                       : 0.0F);
-      }
-    }
+  /// Writes of each matrix a block, filled up to fours, for the force on every corner by every other one:
+  /// column by column.
+  void write_blocks(const std::vector<const float*>& matrices) {
+    const std::size_t corners = std::size_t{1} << axes_;
+    const std::size_t each = (axes_ * axes_ + 3) / 4 * 4;
+    const std::size_t blocks = corners * corners * each; // floats of a matrix
+    const Kind kind = has_planes() ? Kind::words : Kind::fours;
+    std::unique_ptr<Array>& to = fixed_[ELASTIC_MATRICES];
+    make_room(device_, to,
+              std::max(matrices.size() * blocks * sizeof(float) / bytes_of(kind), std::size_t{1}), kind);
+    write_parts(device_, *to, 0, matrices.size() * blocks, blocks,
+                [&](std::size_t begin, std::span<float> part) {
+#pragma omp parallel for if (part.size() > worth_threads)
+                  for (std::size_t at = 0; at < part.size(); ++at) {
+                    const float* const matrix = matrices[(begin + at) / blocks];
+                    const std::size_t pair = at / each % (corners * corners);
+                    const std::size_t i = at % each;
+                    const std::size_t column = pair / corners * axes_ + i / axes_;
+                    part[at] = i < axes_ * axes_
+                                   ? matrix[column * corners * axes_ + pair % corners * axes_ + i % axes_]
+                                   : 0.0F;
+                  }
+                });
   }
   /// Into an array of so many elements, which stays where it is as long as their number does: where memory
   /// is taken anew, the system has to clear it first.

@@ -66,37 +66,52 @@ std::vector<float> elastic_matrices(const ElasticHierarchy& hierarchy) {
   return texels;
 }
 
-constexpr std::array<std::int32_t, 8> unmasked{-1, -1, -1, -1, -1, -1, -1, -1};
+namespace {
+
+/// Appends what touched_sites() has of the sites of row (y, z) of a level, whose first matrix has this
+/// number.
+void append_touched(const ElasticLevel& level, int y, int z, std::int32_t first_matrix,
+                    std::vector<std::int32_t>& words) {
+  const bool is_volume = level.grid.axes() == 3;
+  const std::size_t corners = is_volume ? 8 : 4;
+  constexpr std::array<std::int32_t, 8> unmasked{-1, -1, -1, -1, -1, -1, -1, -1};
+  std::map<int, std::array<std::int32_t, 8>> row; // cells by x, y, z from the lowest bit
+  for (std::size_t cells = 0; cells < corners / 2; ++cells) {
+    const int south = static_cast<int>(cells % 2);
+    const int behind = static_cast<int>(cells / 2);
+    const auto [first, last] = level.masked.row(y - 1 + south, is_volume ? z - 1 + behind : z);
+    for (std::size_t i = first; i < last; ++i) {
+      for (const int west : {0, 1}) {
+        const auto added = row.try_emplace(level.masked.x[i] + west, unmasked).first;
+        added->second.at(2 * cells + 1 - static_cast<std::size_t>(west)) =
+            first_matrix + static_cast<std::int32_t>(i);
+      }
+    }
+  }
+  for (const auto& [x, matrices] : row) {
+    words.insert(words.end(), {x, is_volume ? y : 0, is_volume ? z : y, 0});
+    words.insert(words.end(), matrices.begin(), matrices.begin() + static_cast<std::ptrdiff_t>(corners));
+  }
+}
+
+} // namespace
 
 std::vector<std::int32_t> touched_sites(const ElasticHierarchy& hierarchy) {
-  const bool is_volume = hierarchy.levels.front().grid.axes() == 3;
-  const std::size_t corners = is_volume ? 8 : 4;
+  const std::size_t corners = std::size_t{1} << hierarchy.levels.front().grid.axes();
   std::vector<std::int32_t> words(2 * hierarchy.levels.size());
   std::int32_t first_matrix = 0;
   for (std::size_t number = 0; number < hierarchy.levels.size(); ++number) {
     const ElasticLevel& level = hierarchy.levels[number];
     const auto begin = static_cast<std::int32_t>(words.size());
-    for (int z = 0; z < level.grid.sites.depth; ++z) {
-      for (int y = 0; y < level.grid.sites.height; ++y) {
-        std::map<int, std::array<std::int32_t, 8>> row; // cells by x, y, z from the lowest bit
-        for (std::size_t cells = 0; cells < corners / 2; ++cells) {
-          const int south = static_cast<int>(cells % 2);
-          const int behind = static_cast<int>(cells / 2);
-          const auto [first, last] = level.masked.row(y - 1 + south, is_volume ? z - 1 + behind : z);
-          for (std::size_t i = first; i < last; ++i) {
-            for (const int west : {0, 1}) {
-              const auto added = row.try_emplace(level.masked.x[i] + west, unmasked).first;
-              added->second.at(2 * cells + 1 - static_cast<std::size_t>(west)) =
-                  first_matrix + static_cast<std::int32_t>(i);
-            }
-          }
-        }
-        for (const auto& [x, matrices] : row) {
-          words.insert(words.end(), {x, is_volume ? y : 0, is_volume ? z : y, 0});
-          words.insert(words.end(), matrices.begin(),
-                       matrices.begin() + static_cast<std::ptrdiff_t>(corners));
-        }
-      }
+    const Extent sites = level.grid.sites;
+    std::vector<std::vector<std::int32_t>> rows(static_cast<std::size_t>(sites.rows()));
+#pragma omp parallel for if (sites.sites() > sites_worth_threads)
+    for (int row = 0; row < sites.rows(); ++row) {
+      append_touched(level, row % sites.height, row / sites.height, first_matrix,
+                     rows[static_cast<std::size_t>(row)]);
+    }
+    for (const std::vector<std::int32_t>& row : rows) {
+      words.insert(words.end(), row.begin(), row.end());
     }
     words[2 * number] = begin;
     words[2 * number + 1] =

@@ -28,6 +28,13 @@ SiteLayout::SiteLayout(Extent extent_, bool has_planes_) : extent(extent_), has_
   }
 }
 
+void clear(std::span<float> values) {
+#pragma omp parallel for simd if (values.size() > fewest_for_threads)
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    values[i] = 0.0F;
+  }
+}
+
 void write_sites(ComputeDevice& device, const Array& to, std::size_t first, const SiteLayout& layout,
                  const std::vector<std::span<const float>>& numbers) {
   std::size_t at = first * bytes_of(to.kind());

@@ -36,6 +36,9 @@ struct SiteLayout {
   std::size_t plane = 0;  ///< floats from a plane to the next
 };
 
+/// Sets floats to 0, on all threads where they are many.
+void clear(std::span<float> values);
+
 /// Writes `count` floats into an array, from its float `first` on, part by part of the device's staging
 /// memory: fill(begin, part) makes the floats begin ... begin + part.size() - 1 of them. Parts begin and end
 /// at multiples of `together`.

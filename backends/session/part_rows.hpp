@@ -12,9 +12,17 @@ namespace hdmbench {
 template <typename Call>
 void for_each_row(const ElasticLayout::Part& part, std::int64_t from, std::int64_t to, const Call& call) {
   const auto [width, height, depth] = part.sites.sides();
+  const auto row_of = [&part, height = height, depth = depth](std::int64_t site) {
+    const std::int64_t z = std::clamp<std::int64_t>((site - part.first) / part.layer, 0, depth - 1);
+    const std::int64_t y = (site - part.first - z * part.layer) / part.pitch;
+    return static_cast<int>(z * height + std::clamp<std::int64_t>(y, 0, height - 1));
+  };
+  // Only rows that have such sites: else most threads would have rows with nothing to do.
+  const int first_row = row_of(from);
+  const int end_row = row_of(to - 1) + 1;
   constexpr std::int64_t worth_threads = 1 << 14; // sites
 #pragma omp parallel for if (to - from > worth_threads)
-  for (int row = 0; row < height * depth; ++row) {
+  for (int row = first_row; row < end_row; ++row) {
     const int y = row % height;
     const int z = row / height;
     const std::int64_t at = part.first + z * part.layer + y * part.pitch;

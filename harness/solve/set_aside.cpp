@@ -28,17 +28,29 @@ FieldAside::FieldAside(std::vector<float>& values, Extent extent)
 #endif
 }
 
+SetAside::~SetAside() {
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::unique_ptr<FieldAside>& field : fields_) {
+    field.reset();
+  }
+}
+
 SetAside::SetAside(Scene& scene) {
   if (scene.extent().axes() == 2 || has_springs(scene.full)) {
     return;
   }
-  const auto take = [&](std::vector<float>& values) { fields_.emplace_back(values, scene.extent()); };
+  std::vector<std::vector<float>*> arrays{&scene.full.modulus.values, &scene.full.inverse_modulus.values,
+                                          &scene.picture.values};
   for (VectorField* const field : {&scene.full.target, &scene.full.confidence}) {
-    std::ranges::for_each(field->planes, take);
+    for (std::vector<float>& values : field->planes) {
+      arrays.push_back(&values);
+    }
   }
-  take(scene.full.modulus.values);
-  take(scene.full.inverse_modulus.values);
-  take(scene.picture.values);
+  fields_.resize(arrays.size());
+#pragma omp parallel for schedule(dynamic, 1)
+  for (std::size_t i = 0; i < arrays.size(); ++i) {
+    fields_[i] = std::make_unique<FieldAside>(*arrays[i], scene.extent());
+  }
 #ifdef __GLIBC__
   malloc_trim(0); // what set-up left between arrays that are still there
 #endif

@@ -3,7 +3,7 @@
 #include "harness/scene/scene.hpp"
 #include "kernels/data/shared_rows.hpp"
 
-#include <list>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -29,9 +29,12 @@ private:
 class SetAside {
 public:
   explicit SetAside(Scene& scene);
+  SetAside(const SetAside&) = delete;
+  SetAside& operator=(const SetAside&) = delete;
+  ~SetAside();
 
 private:
-  std::list<FieldAside> fields_;
+  std::vector<std::unique_ptr<FieldAside>> fields_;
 };
 
 } // namespace hdmbench

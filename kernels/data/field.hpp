@@ -5,6 +5,7 @@
 #include <compare>
 #include <concepts>
 #include <cstddef>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -69,6 +70,10 @@ void for_each_site(Extent extent, const Call& call) {
 /// Below this many sites threads cost more than they bring.
 inline constexpr std::size_t sites_worth_threads = std::size_t{1} << 15;
 
+/// Makes `size` zeros of each of these arrays, which are empty: on a thread each where they are long, as the
+/// system clears the memory only when it is touched first.
+void make_zeros(std::span<std::vector<float>* const> arrays, std::size_t size);
+
 /// One float per site.
 struct ScalarField {
   ScalarField() = default;
@@ -98,6 +103,11 @@ struct Planes {
 /// Displacement or target (pixels of the full resolution image on every level), or confidence (0 ... 1).
 struct VectorField : Planes<float> {
   using Planes::Planes;
+  explicit VectorField(Extent extent_) {
+    extent = extent_;
+    const std::array<std::vector<float>*, 3> arrays{&planes[0], &planes[1], &planes[2]};
+    make_zeros(std::span(arrays).first(extent.axes()), extent.sites());
+  }
 };
 
 /// A displacement in pixels where float would round too much.

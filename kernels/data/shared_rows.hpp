@@ -14,6 +14,7 @@ namespace hdmbench {
 /// is alike.
 class SharedRows {
 public:
+  SharedRows() = default;
   /// Takes `values` away: behind `margin` others rows of `pitch`, so many in a plane.
   SharedRows(std::vector<float>& values, std::size_t pitch, std::size_t rows_in_plane, std::size_t margin = 0)
       : pitch_(pitch), margin_(margin), first_((values.size() - margin) / pitch), kept_(std::move(values)) {
@@ -57,8 +58,8 @@ public:
   }
 
 private:
-  std::size_t pitch_;
-  std::size_t margin_;
+  std::size_t pitch_ = 0;
+  std::size_t margin_ = 0;
   std::vector<std::size_t> first_; ///< where each row begins in what is kept
   std::vector<float> kept_;
 };

@@ -1,6 +1,7 @@
 #include "kernels/data/elastic/conditions.hpp"
 
 #include <algorithm>
+#include <array>
 #include <utility>
 
 namespace hdmbench {
@@ -13,7 +14,10 @@ struct Known {
   std::vector<float> value;
   std::vector<float> weight;
 
-  explicit Known(Extent extent_) : extent(extent_), value(extent_.sites()), weight(extent_.sites()) {}
+  explicit Known(Extent extent_) : extent(extent_) {
+    const std::array<std::vector<float>*, 2> arrays{&value, &weight};
+    make_zeros(arrays, extent.sites());
+  }
 };
 
 /// The mean of all that is known, where nothing else is.

@@ -354,13 +354,16 @@ Prescribed::Prescribed(const Level& full, const RingedGrid& grid) {
 
 Prescribed::Prescribed(const Prescribed& fine, const RingedGrid& fine_grid, const RingedGrid& grid) {
   const Extent sites = fine_grid.sites;
+  const int height = (sites.height + 1) / 2;
+  const int rows = height * ((sites.depth + 1) / 2);
   for (const std::vector<std::uint8_t>& from : fine.component) {
     std::vector<std::uint8_t>& to = component.emplace_back(grid.size());
-    for (int z = 0; 2 * z < sites.depth; ++z) {
-      for (int y = 0; 2 * y < sites.height; ++y) {
-        for (int x = 0; 2 * x < sites.width; ++x) {
-          to[grid.index(x, y, z)] = from[fine_grid.index(2 * x, 2 * y, 2 * z)];
-        }
+#pragma omp parallel for if (sites.sites() > sites_worth_threads)
+    for (int row = 0; row < rows; ++row) {
+      const std::size_t first = grid.index(0, row % height, row / height);
+      const std::size_t fine_first = fine_grid.index(0, 2 * (row % height), 2 * (row / height));
+      for (std::size_t x = 0; 2 * x < static_cast<std::size_t>(sites.width); ++x) {
+        to[first + x] = from[fine_first + 2 * x];
       }
     }
   }
@@ -389,14 +392,10 @@ ElasticLevel empty_level(Extent sites, std::size_t moments) {
   std::vector<std::vector<float>*> arrays;
   for (auto* const group : {&level.moments, &level.response}) {
     for (std::vector<float>& values : *group) {
-      values.reserve(level.grid.size()); // where memory is short, outside of the threads
       arrays.push_back(&values);
     }
   }
-#pragma omp parallel for if (sites.sites() > sites_worth_threads)
-  for (std::vector<float>* const values : arrays) {
-    values->resize(level.grid.size());
-  }
+  make_zeros(arrays, level.grid.size());
   return level;
 }
 
