@@ -2,6 +2,7 @@
 
 #include "backends/shared/ceilings.hpp"
 #include "backends/shared/interface.hpp"
+#include "backends/shared/timed.hpp"
 #include "kernels/data/level.hpp"
 #include "kernels/data/pyramid.hpp"
 
@@ -83,7 +84,7 @@ struct SessionOptions {
 /// with the driver's words, which names the call that failed; std::logic_error where a call is out of order
 /// or a size does not match. After an error the field is lost: load() and write() make a new one, if the
 /// device can.
-class Session : public Interface {
+class Session : public Timed {
 public:
   /// Told the number of site updates done since it was told before.
   using Advance = std::function<void(double site_updates)>;

@@ -96,6 +96,42 @@ TEST(Bench, RatesAndCeilingsFollowFromSecondsAndCosts) {
   }
 }
 
+/// Of what is waited for together a device's clock is read twice, at most once for every step: a tick of it
+/// is what a step can seem to take too long, and what its crystal goes wrong. The ticks of timestamps are
+/// some nanoseconds, of CUDA's events half a microsecond.
+TEST(Bench, ADeviceTakesAPartOfTheTimeThatItsStepsTake) {
+  constexpr double tick = 1e-6;
+  constexpr double drift = 1e-4;
+  Bench bench(test::silent());
+  for (const bool elastic : {false, true}) {
+    for (const Extent extent : {Extent{96, 96}, Extent{16, 16, 16}}) {
+      std::vector<const Backend*> backends = test::present_backends();
+      if (elastic || extent.axes() == 3) { // PoCL compiles these kernels for long
+        std::erase_if(backends, [](const Backend* one) { return one->name() == "opencl"; });
+      }
+      bench.add_kernels(
+          {.options = {.backends = backends, .checked = false}, .elastic = elastic, .extent = extent});
+    }
+  }
+  std::ostringstream printed;
+  const nlohmann::json rows =
+      bench.run({"--benchmark_min_time=0", "--benchmark_repetitions=1"}, printed,
+                {.show = [](const auto& /*rows*/) {}, .keep = [](const auto& /*rows*/) {}});
+  for (const nlohmann::json& row : rows) {
+    const bool is_on_host =
+        row["backend"] == "scalar" || row["backend"] == "openmp" || row["kernel"] == "set-up: hierarchy";
+    ASSERT_EQ(row["reason"], "") << row;
+    ASSERT_EQ(row["device_seconds"].is_null(), is_on_host) << row;
+    if (!is_on_host) {
+      const double wall = row["seconds_median"];
+      const double device = row["device_seconds"];
+      EXPECT_GT(device, 2 * tick) << row;
+      EXPECT_LE(device, wall * (1.0 + drift) + tick) << row;
+      EXPECT_NEAR(row["launch_seconds"], wall - device, 1e-6 * wall) << row;
+    }
+  }
+}
+
 TEST(Bench, WithoutAReferenceNothingIsCalledValid) {
   const nlohmann::json rows =
       run({small_square()}, {.backends = {&test::find("openmp")}, .active = true, .checked = false}, 2);

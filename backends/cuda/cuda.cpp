@@ -57,6 +57,10 @@ struct Api {
   HDMBENCH_CUDA(driver, cuLaunchKernel, Handle, unsigned, unsigned, unsigned, unsigned, unsigned, unsigned,
                 unsigned, Handle, void**, void**);
   HDMBENCH_CUDA(driver, cuCtxSynchronize, );
+  HDMBENCH_CUDA(driver, cuEventCreate, Handle*, unsigned);
+  HDMBENCH_CUDA(driver, cuEventDestroy_v2, Handle);
+  HDMBENCH_CUDA(driver, cuEventElapsedTime, float*, Handle, Handle);
+  HDMBENCH_CUDA(driver, cuEventRecord, Handle, Handle);
   HDMBENCH_CUDA(compiler, nvrtcCreateProgram, Handle*, const char*, const char*, int, const char* const*,
                 const char* const*);
   HDMBENCH_CUDA(compiler, nvrtcDestroyProgram, Handle*);
@@ -192,6 +196,22 @@ Device describe(const Api& api, DeviceNumber device) {
                                 attribute(api, major, device), attribute(api, minor, device))};
 }
 
+/// When the default stream comes to here.
+class CudaEvent {
+public:
+  explicit CudaEvent(const Api& api) : event_(nullptr, api.cuEventDestroy_v2) {
+    Handle made = nullptr;
+    api.require(api.cuEventCreate(&made, 0), "cuEventCreate");
+    event_.reset(made);
+    api.require(api.cuEventRecord(made, nullptr), "cuEventRecord");
+  }
+
+  [[nodiscard]] Handle handle() const { return event_.get(); }
+
+private:
+  std::unique_ptr<void, Result (*)(Handle)> event_;
+};
+
 /// Works in the primary context of a device and on its default stream, in order.
 class CudaDevice final : public ComputeDevice {
 public:
@@ -246,12 +266,33 @@ public:
     return std::make_unique<CudaProgram>(*api_, kind, architecture_);
   }
   void run(std::span<const Commands::value_type> commands) override {
+    const auto note = [&] {
+      if (busy_.are_counted()) {
+        events_.emplace_back(*api_);
+      }
+    };
+    note();
     for (const auto& command : commands) {
       std::visit([&](const auto& one) { run(one); }, command);
     }
+    note();
+  }
+  std::optional<double> device_seconds() override {
+    finish();
+    for (std::size_t i = 0; i + 1 < events_.size(); i += 2) {
+      float milliseconds = 0.0F;
+      api_->require(api_->cuEventElapsedTime(&milliseconds, events_[i].handle(), events_[i + 1].handle()),
+                    "cuEventElapsedTime");
+      busy_.add(1e-3 * static_cast<double>(milliseconds));
+    }
+    events_.clear();
+    return busy_.take();
   }
   void finish() override { api_->require(api_->cuCtxSynchronize(), "cuCtxSynchronize"); }
-  void settle() noexcept override { api_->cuCtxSynchronize(); }
+  void settle() noexcept override {
+    api_->cuCtxSynchronize();
+    events_.clear();
+  }
 
 private:
   std::unique_ptr<Array> make(std::size_t count, Kind kind) override {
@@ -313,6 +354,8 @@ private:
   std::string architecture_;
   DeviceLimits limits_;
   Handle context_ = nullptr;
+  std::vector<CudaEvent> events_; ///< where each run() began and ended
+  BusySeconds busy_;
   void* pinned_ = nullptr; ///< staging()
 };
 

@@ -2,6 +2,7 @@
 
 #include "backends/backend.hpp"
 #include "backends/shared/interface.hpp"
+#include "backends/shared/timed.hpp"
 #include "kernels/data/energy.hpp"
 #include "kernels/data/level.hpp"
 
@@ -158,7 +159,7 @@ struct DeviceLimits {
 
 /// The verbs. All throw DeviceError that names the call of the API which failed; after that what arrays hold
 /// is lost, and everything can be called again. Only while a Use of it lives.
-class ComputeDevice : public Interface {
+class ComputeDevice : public Timed {
 public:
   /// Makes a device the thread's own, where its API wants that (OpenGL's current context).
   class Use {

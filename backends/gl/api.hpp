@@ -121,6 +121,7 @@ struct Api {
   HDMBENCH_GL(GetProgramInfoLog);
   HDMBENCH_GL(GetProgramiv);
   HDMBENCH_GL(GetQueryObjectuiv);
+  HDMBENCH_GL(GetQueryiv);
   HDMBENCH_GL(GetShaderInfoLog);
   HDMBENCH_GL(GetShaderiv);
   HDMBENCH_GL(GetString);
@@ -153,6 +154,9 @@ struct Api {
   HDMBENCH_GL(GenFramebuffersEXT);
   HDMBENCH_GL(GenRenderbuffersEXT);
   HDMBENCH_GL(RenderbufferStorageEXT);
+  // ARB_timer_query
+  HDMBENCH_GL(GetQueryObjectui64v);
+  HDMBENCH_GL(QueryCounter);
   // OpenGL 4.3
   HDMBENCH_GL(BindBufferBase);
   HDMBENCH_GL(BindImageTexture);

@@ -137,20 +137,26 @@ public:
     return std::make_unique<GlProgram>(gl_, kind);
   }
   void run(std::span<const Commands::value_type> commands) override {
-    for (const auto& command : commands) {
-      std::visit(
-          [&](const auto& one) {
-            if (!one.beside) {
-              gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
-                                GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
-            }
-            run(one);
-          },
-          command);
-    }
+    timer_([&] {
+      for (const auto& command : commands) {
+        std::visit(
+            [&](const auto& one) {
+              if (!one.beside) {
+                gl_.MemoryBarrier(GL_TEXTURE_FETCH_BARRIER_BIT | GL_SHADER_IMAGE_ACCESS_BARRIER_BIT |
+                                  GL_SHADER_STORAGE_BARRIER_BIT | GL_BUFFER_UPDATE_BARRIER_BIT);
+              }
+              run(one);
+            },
+            command);
+      }
+    });
   }
   void finish() override { gl_.Finish(); }
-  void settle() noexcept override { gl_.quietly(gl_.Finish); }
+  std::optional<double> device_seconds() override { return timer_.device_seconds(); }
+  void settle() noexcept override {
+    gl_.quietly(gl_.Finish);
+    timer_.forget();
+  }
   void abandon() noexcept override { context_->abandon(); }
 
 private:
@@ -189,6 +195,7 @@ private:
 
   std::unique_ptr<Context> context_;
   const Api& gl_;
+  Timer timer_{gl_};
   Device description_;
   DeviceLimits limits_;
   std::optional<Context::Current> current_;

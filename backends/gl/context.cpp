@@ -16,17 +16,6 @@ std::string text(const Api& api, GLenum name) {
   return found == nullptr ? std::string() : std::string(reinterpret_cast<const char*>(found));
 }
 
-/// "4.5 (Compatibility Profile) Mesa 22.3.6": GL_MAJOR_VERSION does not exist in OpenGL 2.1.
-Version parse_version(std::string_view version) {
-  Version parsed;
-  const auto dot = version.find('.');
-  if (dot != std::string_view::npos) {
-    std::from_chars(version.data(), version.data() + dot, parsed.major);
-    std::from_chars(version.data() + dot + 1, version.data() + version.size(), parsed.minor);
-  }
-  return parsed;
-}
-
 bool is_software(std::string_view renderer) {
   constexpr std::array<std::string_view, 4> rasterizers{"llvmpipe", "softpipe", "swrast", "SWR"};
   return std::ranges::any_of(
@@ -60,12 +49,24 @@ void throw_made_nothing(const char* name) {
   throw DeviceError(fmt::format("{} made nothing, and gave no error", name));
 }
 
+/// "4.5 (Compatibility Profile) Mesa 22.3.6": GL_MAJOR_VERSION does not exist in OpenGL 2.1.
+Version version_of(const Api& api) {
+  const std::string version = text(api, GL_VERSION);
+  Version parsed;
+  const auto dot = version.find('.');
+  if (dot != std::string::npos) {
+    std::from_chars(version.data(), version.data() + dot, parsed.major);
+    std::from_chars(version.data() + dot + 1, version.data() + version.size(), parsed.minor);
+  }
+  return parsed;
+}
+
 Device describe(Context& context, Version version) {
   const Context::Current current(context);
   const std::string renderer = text(context.api(), GL_RENDERER);
   const std::string found = text(context.api(), GL_VERSION);
-  const Version parsed = parse_version(found);
-  if (parsed.major < version.major || (parsed.major == version.major && parsed.minor < version.minor)) {
+  const Version parsed = version_of(context.api());
+  if (parsed < version) {
     throw DeviceError(
         fmt::format("{} offers OpenGL {}, {}.{} is needed", renderer, found, version.major, version.minor));
   }

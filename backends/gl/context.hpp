@@ -3,17 +3,23 @@
 #include "backends/gl/api.hpp"
 #include "backends/shared/interface.hpp"
 
+#include <compare>
 #include <memory>
 #include <string>
 #include <vector>
 
 namespace hdmbench::gl {
 
-/// The oldest OpenGL a backend can live with.
+/// Of OpenGL.
 struct Version {
   int major = 0;
   int minor = 0;
+
+  auto operator<=>(const Version&) const = default;
 };
+
+/// Of the current context.
+[[nodiscard]] Version version_of(const Api& api);
 
 /// An OpenGL context without a window. It is current only while a Current lives: EGL's and OSMesa's libraries
 /// may share the thread's dispatch table, so a context of one must not stay behind while the other works.

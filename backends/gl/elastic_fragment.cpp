@@ -169,10 +169,14 @@ public:
   }
 
   void run(std::span<const ElasticWork> work) {
-    for (const ElasticWork& piece : work) {
-      run(std::get<ElasticCall>(piece));
-    }
+    timer_([&] {
+      for (const ElasticWork& piece : work) {
+        run(std::get<ElasticCall>(piece));
+      }
+    });
   }
+
+  std::optional<double> device_seconds() { return timer_.device_seconds(); }
 
 private:
   void run(const ElasticCall& call) {
@@ -248,6 +252,7 @@ private:
 
   const Api& gl_;
   Quad quad_;
+  Timer timer_{gl_};
   std::size_t axes_ = 2;
   std::vector<LevelTextures> levels_;
   std::vector<Target> sums_;

@@ -83,9 +83,11 @@ public:
   }
 
   void step(int first, int sweeps) {
-    sweep(*level_, first, sweeps);
+    timer_([&] { sweep(*level_, first, sweeps); });
     gl_.Finish();
   }
+
+  std::optional<double> device_seconds() { return timer_.device_seconds(); }
 
   void read(VectorField& displacement) {
     const Extent extent = displacement.extent;
@@ -220,6 +222,7 @@ private:
   Framebuffer count_framebuffer_;
   Renderbuffer count_target_;
   Query query_;
+  Timer timer_{gl_};
   FragmentPrograms programs_;
   bool vertex_textures_; ///< vertex shaders can fetch: not a device of the thesis's generation
   bool leaves_out_;      ///< what cannot change

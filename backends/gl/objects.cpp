@@ -1,5 +1,7 @@
 #include "backends/gl/objects.hpp"
 
+#include "backends/gl/context.hpp"
+
 #include <fmt/format.h>
 
 namespace hdmbench::gl {
@@ -53,6 +55,25 @@ private:
 };
 
 } // namespace
+
+std::optional<double> Timer::device_seconds() {
+  const auto time = [&](const Query& query) {
+    GLuint64 nanoseconds = 0;
+    api_->GetQueryObjectui64v(query.name(), GL_QUERY_RESULT, &nanoseconds);
+    return nanoseconds;
+  };
+  for (std::size_t i = 0; i + 1 < times_.size(); i += 2) {
+    const GLuint64 begin = time(times_[i]);
+    busy_.add(1e-9 * static_cast<double>(time(times_[i + 1]) - begin));
+  }
+  times_.clear();
+  if (!busy_.are_counted() && version_of(*api_) >= Version{3, 3}) { // which has timestamps
+    GLint bits = 0;
+    api_->GetQueryiv(GL_TIMESTAMP, GL_QUERY_COUNTER_BITS, &bits);
+    has_clock_ = bits > 0;
+  }
+  return busy_.take();
+}
 
 Program::Program(const Api& api, std::initializer_list<Stage> stages) : api_(&api), program_(api) {
   const GLuint name = program_.name();

@@ -2,12 +2,15 @@
 
 #include "backends/gl/api.hpp"
 #include "backends/shared/energy_programs.hpp"
+#include "backends/shared/timed.hpp"
 
 #include <array>
 #include <initializer_list>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
+#include <vector>
 
 namespace hdmbench::gl {
 
@@ -61,6 +64,37 @@ using Framebuffer = Object<&Api::GenFramebuffersEXT, &Api::DeleteFramebuffersEXT
 using Query = Object<&Api::GenQueries, &Api::DeleteQueries>;
 using Renderbuffer = Object<&Api::GenRenderbuffersEXT, &Api::DeleteRenderbuffersEXT>;
 using Texture = Object<&Api::GenTextures, &Api::DeleteTextures>;
+
+/// How long the device works, by its own clock. Only while the context is current.
+class Timer {
+public:
+  explicit Timer(const Api& api) : api_(&api) {}
+
+  /// call(), whose drawings and dispatches are counted.
+  template <typename Call>
+  void operator()(const Call& call) {
+    note();
+    call();
+    note();
+  }
+  /// As Timed has it.
+  [[nodiscard]] std::optional<double> device_seconds();
+  /// What was counted since.
+  void forget() noexcept { times_.clear(); }
+
+private:
+  /// The time when everything before is done.
+  void note() {
+    if (has_clock_) {
+      api_->QueryCounter(times_.emplace_back(*api_).name(), GL_TIMESTAMP);
+    }
+  }
+
+  const Api* api_;
+  bool has_clock_ = false;   ///< found out at the first device_seconds()
+  std::vector<Query> times_; ///< of begin and end in turn
+  BusySeconds busy_;
+};
 
 /// A linked program.
 class Program {

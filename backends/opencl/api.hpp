@@ -32,11 +32,13 @@ struct Api {
   HDMBENCH_OPENCL(clFinish);
   HDMBENCH_OPENCL(clGetDeviceIDs);
   HDMBENCH_OPENCL(clGetDeviceInfo);
+  HDMBENCH_OPENCL(clGetEventProfilingInfo);
   HDMBENCH_OPENCL(clGetPlatformIDs);
   HDMBENCH_OPENCL(clGetPlatformInfo);
   HDMBENCH_OPENCL(clGetProgramBuildInfo);
   HDMBENCH_OPENCL(clReleaseCommandQueue);
   HDMBENCH_OPENCL(clReleaseContext);
+  HDMBENCH_OPENCL(clReleaseEvent);
   HDMBENCH_OPENCL(clReleaseKernel);
   HDMBENCH_OPENCL(clReleaseMemObject);
   HDMBENCH_OPENCL(clReleaseProgram);

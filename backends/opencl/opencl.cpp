@@ -205,8 +205,7 @@ public:
       : api_(std::move(api)), device_(std::move(device)),
         context_(made("clCreateContext", api_->clCreateContext, api_->clReleaseContext, nullptr, cl_uint{1},
                       &device_.id, nullptr, nullptr)),
-        queue_(made("clCreateCommandQueue", api_->clCreateCommandQueue, api_->clReleaseCommandQueue,
-                    context_.get(), device_.id, cl_command_queue_properties{0})) {
+        queue_(make_queue(0)) {
     constexpr std::size_t indexable = std::size_t{1} << 35; // four planes of 2^31 floats
     limits_ = {.elements = indexable,
                .array_bytes = std::min(device_.largest_buffer, indexable),
@@ -235,18 +234,48 @@ public:
     return std::make_unique<ClProgram>(*api_, context_.get(), device_.id, kind);
   }
   void run(std::span<const Commands::value_type> commands) override {
+    cl_event done = nullptr;
+    std::vector<Handle<cl_event>> all;
     for (const auto& command : commands) {
-      std::visit([&](const auto& one) { run(one); }, command);
+      std::visit([&](const auto& one) { run(one, busy_.are_counted() ? &done : nullptr); }, command);
+      if (busy_.are_counted()) {
+        all.emplace_back(done, api_->clReleaseEvent);
+      }
+    }
+    if (!all.empty()) {
+      timed_.emplace_back(std::move(all.front()), std::move(all.back()));
     }
   }
   void finish() override { require(api_->clFinish(queue_.get()), "clFinish"); }
+  std::optional<double> device_seconds() override {
+    finish();
+    if (!busy_.are_counted()) {
+      queue_ = make_queue(CL_QUEUE_PROFILING_ENABLE);
+    }
+    for (const auto& [first, last] : std::exchange(timed_, {})) {
+      const auto time = [&](const Handle<cl_event>& event, cl_profiling_info which) {
+        cl_ulong nanoseconds = 0;
+        require(api_->clGetEventProfilingInfo(event.get(), which, sizeof(nanoseconds), &nanoseconds, nullptr),
+                "clGetEventProfilingInfo");
+        return nanoseconds;
+      };
+      busy_.add(1e-9 * static_cast<double>(time(last ? last : first, CL_PROFILING_COMMAND_END) -
+                                           time(first, CL_PROFILING_COMMAND_START)));
+    }
+    return busy_.take();
+  }
 
 private:
   std::unique_ptr<Array> make(std::size_t count, Kind kind) override {
     return std::make_unique<ClArray>(*this, *api_, context_.get(), count, kind);
   }
 
-  void run(const Dispatch& dispatch) const {
+  [[nodiscard]] Handle<cl_command_queue> make_queue(cl_command_queue_properties properties) const {
+    return made("clCreateCommandQueue", api_->clCreateCommandQueue, api_->clReleaseCommandQueue,
+                context_.get(), device_.id, properties);
+  }
+  /// `done`: where an event is wanted, for when it is.
+  void run(const Dispatch& dispatch, cl_event* done) const {
     const auto& program = static_cast<const ClProgram&>(*dispatch.program);
     cl_uint index = 0;
     const auto tell = [&](std::size_t bytes, const void* value) {
@@ -269,13 +298,13 @@ private:
     }
     const std::size_t items = dispatch.groups.sites() * program.lanes;
     require(api_->clEnqueueNDRangeKernel(queue_.get(), program.kernel.get(), 1, nullptr, &items,
-                                         &program.lanes, 0, nullptr, nullptr),
+                                         &program.lanes, 0, nullptr, done),
             "clEnqueueNDRangeKernel");
   }
-  void run(const Fill& fill) const {
+  void run(const Fill& fill, cl_event* done) const {
     const cl_uint zero = 0;
     require(api_->clEnqueueFillBuffer(queue_.get(), of(*fill.array), &zero, sizeof(zero), fill.first,
-                                      fill.bytes, 0, nullptr, nullptr),
+                                      fill.bytes, 0, nullptr, done),
             "clEnqueueFillBuffer");
   }
 
@@ -283,6 +312,8 @@ private:
   FoundDevice device_;
   Handle<cl_context> context_;
   Handle<cl_command_queue> queue_;
+  std::vector<std::pair<Handle<cl_event>, Handle<cl_event>>> timed_; ///< first and last of each run()
+  BusySeconds busy_;
   DeviceLimits limits_;
 };
 

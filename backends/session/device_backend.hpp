@@ -24,6 +24,10 @@ public:
   explicit LevelSession(std::unique_ptr<Owner> owner, Arguments... arguments)
       : levels_(std::move(owner), arguments...) {}
 
+  std::optional<double> device_seconds() override {
+    return levels_([](Levels& levels) { return levels.device_seconds(); });
+  }
+
 private:
   void do_load(const Level& level) override {
     levels_([&](Levels& levels) { levels.load(level); });

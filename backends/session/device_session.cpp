@@ -86,6 +86,8 @@ public:
     read_vector(device_, *displacements_.field(), layout_, displacement);
   }
 
+  std::optional<double> device_seconds() { return device_.device_seconds(); }
+
   std::int64_t changed() {
     Commands commands{Fill{.array = counter_.get(), .bytes = counter_->bytes()}};
     Dispatch count = level_pass(LEVEL_COUNT, layout_, layout_);

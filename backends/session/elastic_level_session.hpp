@@ -12,10 +12,11 @@
 namespace hdmbench {
 
 /// A session of the elastic energy over `Steps`, which is made of an Owner (OnDevice) and has arrays and
-/// kernels: load(hierarchy, layout), write(), read() and read_sum() of an ElasticArray, and
-/// run(), which need not wait until the work is done. Steps::block: sites a side of the blocks that one
-/// kernel sums up; coarse_size(): how long the arrays of levels may be that an ElasticTogether has, 0 where
-/// there is none. Every step writes an array that is to spare, which then takes the field's place.
+/// kernels: load(hierarchy, layout), write(), read() and read_sum() of an ElasticArray,
+/// device_seconds(), and run(), which need not wait until the work is done. Steps::block: sites a side of the
+/// blocks that one kernel sums up; coarse_size(): how long the arrays of levels may be that an
+/// ElasticTogether has, 0 where there is none. Every step writes an array that is to spare, which then takes
+/// the field's place.
 template <typename Owner, typename Steps>
 class ElasticLevelSession final : public ElasticSession {
 public:
@@ -28,6 +29,13 @@ public:
     on_device([&](Steps& steps) {
       run_all(steps);
       steps.read(array(level, field), values);
+    });
+  }
+
+  std::optional<double> device_seconds() override {
+    return on_device([&](Steps& steps) {
+      run_all(steps);
+      return steps.device_seconds();
     });
   }
 

@@ -151,6 +151,8 @@ public:
     }
   }
 
+  std::optional<double> device_seconds() { return device_.device_seconds(); }
+
   float read_sum(ElasticArray from) {
     std::array<float, 1> sum{};
     device_.read(slot(from), 0, std::as_writable_bytes(std::span(sum)));

@@ -127,6 +127,16 @@ std::int64_t CutSession::do_changed() {
   return is_cut() ? changed_ : whole().changed();
 }
 
+std::optional<double> CutSession::device_seconds() {
+  std::optional<double> sum;
+  for (std::size_t i = 0; i < std::max<std::size_t>(cut_.pieces.size(), 1); ++i) {
+    if (const std::optional<double> seconds = sessions_[i]->device_seconds()) {
+      sum = sum.value_or(0.0) + *seconds;
+    }
+  }
+  return sum;
+}
+
 void CutSession::do_load_pyramid(const Pyramid& pyramid) {
   cut_ = {};
   try {

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <vector>
 
 namespace hdmbench {
@@ -19,6 +20,8 @@ public:
   /// `open` makes another session of the backend, with an empty name; called at once for the first one, and
   /// by load() for those of the pieces.
   explicit CutSession(std::function<std::unique_ptr<Session>()> open);
+
+  std::optional<double> device_seconds() override;
 
 private:
   void do_load(const Level& level) override;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "backends/shared/interface.hpp"
+#include "backends/shared/timed.hpp"
 #include "kernels/data/elastic/hierarchy.hpp"
 #include "kernels/data/field.hpp"
 
@@ -60,7 +60,7 @@ struct MethodStep {
 /// Computes with the elastic energy: one step of a method at a time, in the arithmetic and the order of
 /// kernels/specification/elastic. Levels are numbered as in the hierarchy. Fields stay where they are
 /// computed, but for write() and read(); a field is 0 until it is written or computed. Not thread-safe.
-class ElasticSession : public Interface {
+class ElasticSession : public Timed {
   using Kind = MethodStep::Kind;
 
 public:

@@ -87,7 +87,9 @@ public:
         staging_(make_buffer(staging_bytes, Usage::eTransferSrc | Usage::eTransferDst, Placement::host)),
         staged_(static_cast<std::byte*>(staging_.memory.mapMemory(0, VK_WHOLE_SIZE))),
         set_layout_(make_set_layout(device_)), layout_(make_layout(device_, set_layout_)),
-        set_pool_(make_set_pool(device_)) {
+        set_pool_(make_set_pool(device_)),
+        clock_bits_(chosen.physical.getQueueFamilyProperties()[chosen.queue_family].timestampValidBits),
+        tick_(1e-9 * static_cast<double>(chosen.physical.getProperties().limits.timestampPeriod)) {
     const vk::PhysicalDeviceLimits limits = chosen.physical.getProperties().limits;
     const auto chain =
         chosen.physical
@@ -153,12 +155,23 @@ public:
     guarded([&] {
       if (!recording_) {
         recording_ = begin();
+        if (*times_ != vk::QueryPool()) {
+          recording_->resetQueryPool(*times_, 0, 2);
+          recording_->writeTimestamp(Stage::eBottomOfPipe, *times_, 0);
+        }
       }
       append(*recording_, commands);
     });
   }
   void finish() override {
     guarded([&] { flush(); });
+  }
+  std::optional<double> device_seconds() override {
+    finish();
+    if (!busy_.are_counted() && clock_bits_ > 0) {
+      times_ = translate_errors([&] { return device_.createQueryPool({{}, vk::QueryType::eTimestamp, 2}); });
+    }
+    return busy_.take();
   }
   std::span<std::byte> staging() override { return {staged_, staging_bytes}; }
   [[nodiscard]] const vk::raii::Device& device() const { return device_; }
@@ -246,8 +259,19 @@ private:
     if (recording_) {
       const vk::raii::CommandBuffer commands = std::move(*recording_);
       recording_.reset();
+      const bool is_timed = *times_ != vk::QueryPool();
+      if (is_timed) {
+        commands.writeTimestamp(Stage::eBottomOfPipe, *times_, 1);
+      }
       commands.end();
       submit(commands);
+      if (is_timed) {
+        constexpr std::size_t bytes = sizeof(std::uint64_t);
+        const auto flags = vk::QueryResultFlagBits::e64 | vk::QueryResultFlagBits::eWait;
+        const auto ticks = times_.getResult<std::array<std::uint64_t, 2>>(0, 2, bytes, flags).second;
+        const std::uint64_t passed = (ticks[1] - ticks[0]) << (64 - clock_bits_) >> (64 - clock_bits_);
+        busy_.add(tick_ * static_cast<double>(passed));
+      }
     }
   }
 
@@ -322,6 +346,10 @@ private:
   vk::raii::PipelineLayout layout_;
   vk::raii::DescriptorPool set_pool_;
   std::map<std::array<const Array*, binding::count>, vk::raii::DescriptorSet> sets_;
+  std::uint32_t clock_bits_;            ///< 0: the device has no clock
+  double tick_;                         ///< seconds
+  vk::raii::QueryPool times_ = nullptr; ///< where a recording begins and ends, once that is asked for
+  BusySeconds busy_;
   std::optional<vk::raii::CommandBuffer> recording_;
 };
 

@@ -104,7 +104,9 @@ std::vector<std::string> published_scenes() {
 void in_units(json& rows, std::initializer_list<const char*> keys, double in_a_second) {
   for (json& row : rows) {
     for (const char* const key : keys) {
-      row[key] = row[key].get<double>() * in_a_second;
+      if (row[key].is_number()) {
+        row[key] = row[key].get<double>() * in_a_second;
+      }
     }
   }
 }
@@ -174,10 +176,11 @@ void print_kernels(const json& rows) {
   const Extent extent{some["width"], some["height"], some.value("depth", 1)};
   fmt::print("\n{}, {}{}", some["energy"].get<std::string>(), extent.text(),
              row_text(", {backend}: {device}\n", some));
-  in_units(timed, {"seconds_median", "alone_seconds"}, 1e6);
+  in_units(timed, {"seconds_median", "device_seconds", "launch_seconds"}, 1e6);
   fmt::print("{}",
              table_text(timed,
-                        "kernel|level|seconds_median:us|spread_percent:+- %|alone_seconds:alone, us|"
+                        "kernel|level|seconds_median:us|spread_percent:+- %|device_seconds:device, us|"
+                        "launch_seconds:launch, us|"
                         "msites_per_second:Msites/s|gigabytes_per_second:GB/s|"
                         "gigaoperations_per_second:Gop/s|percent_of_ceiling:% ceiling|binding:bound by"));
   if (some["reason"] != "") {
@@ -237,12 +240,13 @@ int measure_scenes(Call& call) {
   if (!call[against].empty()) {
     return compare_programs(call, bench.registered());
   }
-  fmt::print(
-      "{} +- is half of what the samples differ by.{}\n",
-      call[kernels] ? "Microseconds of one of several steps that are waited for together, and of one alone."
-                    : "Medians of whole solutions without set-up;",
-      call[option::quick] && !call[kernels] ? "\nQuick: sizes 300 and 600 only unless others were asked for."
-                                            : "");
+  fmt::print("{} +- is half of what the samples differ by.{}\n",
+             call[kernels] ? "Microseconds of one of several steps that are waited for together: \"device\" "
+                             "by the device's own clock, \"launch\" the rest."
+                           : "Medians of whole solutions without set-up;",
+             call[option::quick] && !call[kernels]
+                 ? "\nQuick: sizes 300 and 600 only unless others were asked for."
+                 : "");
   tell_library(run_context(call.line, call[option::quick]));
   json rows = bench.run(words_for_library(call), stdout == stderr ? std::cerr : std::cout,
                         {.show = call[kernels] ? print_kernels : print_scene,

@@ -32,9 +32,9 @@ json new_kernel_row(const TimedKernel& kernel, const Backend& backend, const Ses
                         {"reason", ""}},
                        image);
   for (const char* const key :
-       {"reference", "seconds_median", "alone_seconds", "processor_seconds", "spread_percent",
-        "msites_per_second", "bytes_per_site", "operations_per_site", "gigabytes_per_second",
-        "gigaoperations_per_second", "percent_of_ceiling", "binding", "ceiling"}) {
+       {"reference", "seconds_median", "alone_seconds", "device_seconds", "launch_seconds",
+        "processor_seconds", "spread_percent", "msites_per_second", "bytes_per_site", "operations_per_site",
+        "gigabytes_per_second", "gigaoperations_per_second", "percent_of_ceiling", "binding", "ceiling"}) {
     row[key] = nullptr;
   }
   if (kernel.cost.bytes > 0.0) {
@@ -94,15 +94,23 @@ void Bench::measure_kernel(Case& one, benchmark::State& state) {
     alone = std::min(alone, clock.seconds());
   }
   one.row["alone_seconds"] = alone;
+  (void)one.kernels->device_seconds(); // counts from now on
   double sum = 0.0;
+  double device_sum = 0.0;
   while (state.KeepRunningBatch(batch)) {
     const Clock clock;
     one.kernels->run(one.kernel, batch);
     const double seconds = clock.seconds();
     state.SetIterationTime(seconds);
     sum += seconds;
+    device_sum += one.kernels->device_seconds().value_or(0.0);
   }
   const double seconds = sum / static_cast<double>(state.iterations());
+  if (device_sum > 0.0 && !kernel.is_on_host) {
+    const double device_seconds = device_sum / static_cast<double>(state.iterations());
+    state.counters["device_seconds"] = device_seconds;
+    state.counters["launch_seconds"] = seconds - device_seconds;
+  }
   const auto sites = static_cast<double>(kernel.sites.sites());
   state.SetLabel(fmt::format("{}, {}", device.name, device.driver));
   state.counters["site_updates_per_second"] = sites / seconds;

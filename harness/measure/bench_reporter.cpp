@@ -37,6 +37,9 @@ void set_medians(const Run& run, json& row) {
   for (const auto& [key, part] : parts) {
     counted(key, key, 1.0);
   }
+  for (const char* const key : {"device_seconds", "launch_seconds"}) { // of one step
+    counted(key, key, 1.0);
+  }
   counted("site_updates_per_second", "msites_per_second", 1e-6);
   counted("bytes_per_second", "gigabytes_per_second", giga);
   counted("operations_per_second", "gigaoperations_per_second", giga);

@@ -135,6 +135,10 @@ void Kernels::prepare(std::size_t kernel) {
   }
 }
 
+std::optional<double> Kernels::device_seconds() {
+  return elastic_ ? open_->cells->device_seconds() : open_->sites->device_seconds();
+}
+
 void Kernels::run(std::size_t kernel, int times) {
   if (!elastic_) {
     open_->sites->step(times);

@@ -6,6 +6,7 @@
 #include <ucontext.h>
 #include <unistd.h>
 
+#include <chrono>
 #include <cstdio>
 #include <cstring>
 #include <filesystem>
@@ -53,6 +54,7 @@ struct Made {
   std::string text, log, ptx;
 };
 using Call = void (*)(void**);
+using Moment = std::chrono::steady_clock::time_point;
 
 std::vector<ucontext_t> threads;
 std::vector<char> stacks;
@@ -260,6 +262,23 @@ int cuLaunchKernel(void* function, unsigned grid, unsigned, unsigned, unsigned b
   return 0;
 }
 int cuCtxSynchronize() {
+  return 0;
+}
+int cuEventCreate(void** event, unsigned) {
+  *event = new Moment;
+  return 0;
+}
+int cuEventDestroy_v2(void* event) {
+  delete static_cast<Moment*>(event);
+  return 0;
+}
+int cuEventRecord(void* event, void*) {
+  *static_cast<Moment*>(event) = std::chrono::steady_clock::now();
+  return 0;
+}
+int cuEventElapsedTime(float* milliseconds, void* begin, void* end) {
+  const auto passed = *static_cast<Moment*>(end) - *static_cast<Moment*>(begin);
+  *milliseconds = std::chrono::duration<float, std::milli>(passed).count();
   return 0;
 }
 }

@@ -73,8 +73,10 @@ Result compute(Session& session) {
   for (const test::Problem& problem : problems) {
     session.load(problem.level);
     session.write(problem.start);
+    (void)session.device_seconds();
     session.step(2);
     look();
+    (void)session.device_seconds();
   }
   session.load(Pyramid{.full = &full,
                        .levels = {{.extent = {4, 4}, .sweeps = 2},   // by one work group
@@ -123,6 +125,7 @@ bool explains(const std::string& message, const Kind& kind, const Call& call) {
   // What Vulkan-Hpp throws has the name of its method.
   static const std::map<std::string, std::string, std::less<>> methods{
       {"vkQueueSubmit", "Queue::submit"},
+      {"vkGetQueryPoolResults", "QueryPool::getResult"},
       {"vkBindBufferMemory", "Buffer::bindMemory"},
       {"vkBeginCommandBuffer", "CommandBuffer::begin"},
       {"vkEndCommandBuffer", "CommandBuffer::end"}};

@@ -244,6 +244,10 @@ private:
   }
 
   static void note_made(Arguments... arguments) {
+    if constexpr (name.starts_with("clEnqueue")) { // an event, where one is wanted
+      const bool wants_event = std::get<sizeof...(Arguments) - 1>(std::tuple(arguments...)) != nullptr;
+      faults().made("clEvent", wants_event ? 1 : 0);
+    }
     if (objects().made > 0) {
       faults().made(objects().type, objects().many ? count_of(arguments...) : 1);
     }
