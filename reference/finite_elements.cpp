@@ -77,43 +77,45 @@ public:
   /// Between two slices of a volume; of an image there is one layer.
   [[nodiscard]] int layers() const { return std::max(1, problem_.extent.depth - 1); }
 
-  /// call(components, stiffness) for every element of a layer: those of its nodes as numbers of components of
-  /// all sites, and the matrix between them.
+  /// call(nodes, matrix) for every element of a layer: the sites of its nodes, and a function that returns
+  /// the matrix between the components of all of them in turn.
   template <typename Call>
   void for_each_of(int layer, const Call& call) const {
     const Extent extent = problem_.extent;
-    const std::size_t axes = extent.axes();
-    std::vector<std::size_t> components(axes * nodes_);
+    std::vector<std::size_t> nodes(nodes_);
     ElementMatrix stiffness(size_, size_);
     double modulus = 0.0; // that `stiffness` is of; 0: of several
+    const auto matrix = [&]() -> const ElementMatrix& {
+      const double first = problem_.modulus[nodes[0]];
+      double softest = first;
+      double stiffest = first;
+      double sum = 0.0;
+      for (const std::size_t site : nodes) {
+        const double own = problem_.modulus[site];
+        softest = std::min(softest, own);
+        stiffest = std::max(stiffest, own);
+        sum += own;
+      }
+      if (softest != stiffest) {
+        stiffness.setZero();
+        for (std::size_t node = 0; node < nodes_; ++node) {
+          stiffness += problem_.modulus[nodes[node]] * per_node_[node];
+        }
+        stiffness += std::min(sum / static_cast<double>(nodes_), 2.0 * softest) * of_mean_;
+        modulus = 0.0;
+      } else if (first != modulus) {
+        stiffness = first * of_one_;
+        modulus = first;
+      }
+      return stiffness;
+    };
     for (int y = 0; y + 1 < extent.height; ++y) {
       for (int x = 0; x + 1 < extent.width; ++x) {
-        const double first = problem_.modulus[extent.index(x, y, layer)];
-        bool is_uniform = true;
         for (std::size_t node = 0; node < nodes_; ++node) {
           const auto bit = [node](std::size_t axis) { return static_cast<int>(node >> axis & 1); };
-          const std::size_t site = extent.index(x + bit(0), y + bit(1), layer + bit(2));
-          for (std::size_t axis = 0; axis < axes; ++axis) {
-            components[axes * node + axis] = axes * site + axis;
-          }
-          is_uniform &= problem_.modulus[site] == first;
+          nodes[node] = extent.index(x + bit(0), y + bit(1), layer + bit(2));
         }
-        if (!is_uniform) {
-          stiffness.setZero();
-          double softest = first;
-          double sum = 0.0;
-          for (std::size_t node = 0; node < nodes_; ++node) {
-            const double own = problem_.modulus[components[axes * node] / axes];
-            stiffness += own * per_node_[node];
-            softest = std::min(softest, own);
-            sum += own;
-          }
-          stiffness += std::min(sum / static_cast<double>(nodes_), 2.0 * softest) * of_mean_;
-        } else if (first != modulus) {
-          stiffness = first * of_one_;
-        }
-        modulus = is_uniform ? first : 0.0;
-        call(components, stiffness);
+        call(nodes, matrix);
       }
     }
   }
@@ -312,7 +314,15 @@ ElasticSystem assemble(const ElasticProblem& problem, const ElementRule& rule) {
   std::vector<Eigen::Triplet<double, std::int32_t>> entries;
   entries.reserve((axes == 2 ? 36 : 300) * problem.extent.sites());
   const Elements elements(problem, rule);
-  const auto add = [&](const std::vector<std::size_t>& components, const ElementMatrix& element) {
+  std::vector<std::size_t> components; // of an element's nodes
+  const auto add = [&](const std::vector<std::size_t>& nodes, const auto& matrix) {
+    const ElementMatrix& element = matrix();
+    components.clear();
+    for (const std::size_t site : nodes) {
+      for (std::size_t axis = 0; axis < axes; ++axis) {
+        components.push_back(axes * site + axis);
+      }
+    }
     for (std::size_t i = 0; i < components.size(); ++i) {
       const std::int32_t row = system.unknown[components[i]];
       for (std::size_t j = 0; j < components.size() && row >= 0; ++j) {
@@ -372,13 +382,18 @@ double elastic_energy(const ElasticProblem& problem, const ElementRule& rule,
 #pragma omp parallel for if (problem.extent.sites() > sites_worth_threads)
   for (int layer = 0; layer < elements.layers(); ++layer) {
     double sum = 0.0;
-    elements.for_each_of(
-        layer, [&](const std::vector<std::size_t>& components, const ElementMatrix& element) {
-          ElementVector values(element.rows());
-          std::ranges::transform(components, values.begin(),
-                                 [&](std::size_t index) { return component(displacement, index); });
-          sum += values.dot(element * values);
-        });
+    elements.for_each_of(layer, [&](const std::vector<std::size_t>& nodes, const auto& matrix) {
+      const std::size_t axes = problem.extent.axes();
+      ElementVector values(as_index(axes * nodes.size()));
+      for (Eigen::Index i = 0; const std::size_t site : nodes) {
+        for (std::size_t axis = 0; axis < axes; ++axis) {
+          values[i++] = displacement[axis][site];
+        }
+      }
+      if ((values.array() != 0.0).any()) { // what is held at 0 has no energy
+        sum += values.dot(matrix() * values);
+      }
+    });
     of_layers[static_cast<std::size_t>(layer)] = sum;
   }
   double sum = std::accumulate(of_layers.begin(), of_layers.end(), 0.0);

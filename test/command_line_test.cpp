@@ -22,7 +22,7 @@ TEST(CommandLine, ExplainsItself) {
 /// all.
 TEST(CommandLine, WritesRowsOfResults) {
   struct Command {
-    const char* words;
+    std::string_view words;
     const char* keys;
     std::size_t rows = 0; ///< 0: any number
     int status = 0;
@@ -47,7 +47,8 @@ TEST(CommandLine, WritesRowsOfResults) {
            {"atlas alignment --quick", "entry"},
            {"continuum --sizes 8,12", "width contrast", 8},
            {"probe --backends openmp", "question"},
-           {"run circular --size 32 --output out", "field pictures warnings", 1},
+           {"run circular --size 32 --output out", "field pictures warnings phases", 1},
+           {"run circular --size 32 --no-pictures --output alone", "field phases", 1},
            {"run square --size 20 --energy elastic --accuracy 0.1px --output out", "method plan", 1},
            {"verify tie-rich random --size 1", "verdict"},
            {"run ball --size 9x8x7 --energy elastic --format nii.gz --output out", "depth field slices", 1},
@@ -74,6 +75,8 @@ TEST(CommandLine, WritesRowsOfResults) {
       for (std::string key; keys >> key;) {
         EXPECT_TRUE(row.contains(key)) << command.words << " has no " << key;
       }
+      EXPECT_EQ(row.contains("pictures"), command.words.starts_with("run ") &&
+                                              command.words.find("--no-pictures") == std::string_view::npos);
       for (const char* output : {"pictures", "field"}) {
         for (const nlohmann::json& file_name : row.value(output, nlohmann::json::array())) {
           EXPECT_TRUE(std::filesystem::exists(folder.path() / std::string(file_name))) << file_name;

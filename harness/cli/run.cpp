@@ -12,6 +12,7 @@
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/planner.hpp"
 #include "harness/solve/solve.hpp"
+#include "harness/solve/stopwatch.hpp"
 #include "kernels/data/level.hpp"
 #include "reference/finite_elements.hpp"
 
@@ -33,6 +34,7 @@ const Option<std::string>
 const Option<std::string>
     within("--within",
            "The time there is, as 10ms or 2s: the best field of the elastic energy and its error");
+const Option<bool> no_pictures("--no-pictures", "Write the displacement alone");
 const Option<bool> explain("--explain", "Print the plan, step by step, and why");
 const Option<std::size_t>
     sites_per_rank("--sites-per-rank",
@@ -329,13 +331,31 @@ void require_output(const Call& call, const Scene& scene, const std::vector<std:
   }
 }
 
+/// Prints what the user waited for, beside `row`, which has the same.
+void print_phases(const json& phases) {
+  std::string text;
+  for (const char* const phase : {"reading", "solution", "diagnosis", "pictures", "writing"}) {
+    if (phases.contains(phase)) {
+      text += fmt::format("{}{} {:.3g} s", text.empty() ? "" : ", ", phase, phases[phase].get<double>());
+    }
+    if (phase == std::string_view("solution")) {
+      text += fmt::format(" (set-up {:.3g} s of it)", phases["set_up"].get<double>());
+    }
+  }
+  fmt::print("  {}, the last ones at the same time: {:.3g} s in all\n", text,
+             phases["command"].get<double>());
+}
+
 int run_scene(Call& call) {
+  const Clock clock;
+  json phases;
   require_meaning(call);
   Ranks* const ranks = call.ranks;
   const PeakMemory memory;
   Progress progress(call.speaks());
   progress.describe(fmt::format("prepare {}", call[option::scene]));
   Scene scene = load_for(call);
+  phases["reading"] = clock.seconds();
   require_same_scenes(call, {&scene, 1});
   const Request request = request_of(call, scene.spacing);
   const auto registry = make_backends();
@@ -347,7 +367,7 @@ int run_scene(Call& call) {
   }
   const Backend& backend = shared ? *shared : choose_backend(call, registry, scene);
   const Device device = backend.device(session);
-  const std::vector<std::string> files = file_names(scene, call[format]);
+  const std::vector<std::string> files = file_names(scene, call[format], !call[no_pictures]);
   require_output(call, scene, files);
   require_held(scene);
 
@@ -355,6 +375,7 @@ int run_scene(Call& call) {
   progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
   std::optional<Plan> plan;
   Solution unplanned;
+  const Clock solving;
   if (asks(call)) {
     plan = solve_as_needed(scene, request, backend, session, progress);
   } else {
@@ -362,20 +383,31 @@ int run_scene(Call& call) {
                     .solve(scene, progress, {.unread = &scene, .last_changed = is_inspected(scene.extent())});
   }
   const Solution& solution = plan ? plan->solution : unplanned;
-  progress.clear();
+  phases["solution"] = solving.seconds();
+  phases["set_up"] = solution.timings.projection + solution.timings.upload;
   const json by_rank = ranks == nullptr ? json() : rows_of_ranks(call, registry, *shared, memory, *ranks);
   if (!call.speaks()) { // all ranks have the same field
     return success;
   }
+  const Clock diagnosing;
+  std::string absurd = why_absurd(scene, solution);
+  std::optional<FilesOfRun> written;
+  if (absurd.empty()) {
+    written.emplace(call[option::output], files, scene, solution.displacement);
+  }
+  progress.describe(fmt::format("diagnose and write {}", scene.name));
   const Solved solved{scene,
                       request,
                       plan,
                       solution,
                       shared ? shared->backends() : std::string(backend.name()),
                       device.name,
-                      why_absurd(scene, solution),
+                      std::move(absurd),
                       find_warnings(scene, solution, plan)};
   json row = row_of(solved);
+  phases["diagnosis"] = diagnosing.seconds();
+  row["phases"] = std::move(phases);
+  progress.clear();
   print_way(solved, row, call[explain]);
   if (ranks != nullptr) {
     row.update({{"ranks", ranks->size()}, {"by_rank", by_rank}});
@@ -383,11 +415,13 @@ int run_scene(Call& call) {
                                            "peak_memory:bytes at most"));
   }
   print_result(solved, row);
-  if (solved.absurd.empty()) {
-    write_files(call[option::output], files, call[option::json], scene, solution.displacement, row);
+  if (written) {
+    written->finish(call[option::json], row);
   } else {
     fmt::print("  No files are written: there is no displacement.\n");
   }
+  row["phases"]["command"] = clock.seconds();
+  print_phases(row["phases"]);
   call.write(json::array({without_nulls(row)}));
   return solved.absurd.empty() && (!plan || plan->met) ? success : disagreement;
 }
@@ -401,7 +435,7 @@ void add_run(CLI::App& program, Call& call) {
       "deformed grid and the displacement's magnitude and change of area or volume as PNG; say what speaks\n"
       "against the result.",
       {option::scene, option::size, schedule_options(true), backend_options(), option::output, format,
-       option::json, Options{accuracy, within, explain}.under("No more than the scene needs"),
+       no_pictures, option::json, Options{accuracy, within, explain}.under("No more than the scene needs"),
        Options{sites_per_rank, halo}.under("Several processes (mpirun -n 4 hdmbench run ...)")},
       {"scene is required"});
 }

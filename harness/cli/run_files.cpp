@@ -5,6 +5,7 @@
 #include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/row_fields.hpp"
+#include "harness/solve/stopwatch.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -12,17 +13,14 @@
 #include <algorithm>
 #include <array>
 #include <iterator>
+#include <span>
+#include <utility>
 
 namespace hdmbench::commands {
 
 namespace {
 
 constexpr std::array picture_names{"before", "after", "grid", "magnitude", "jacobian", "slices"};
-
-/// Returns the pictures of a scene, of an image those without slices.
-std::span<const char* const> pictures_of(const Scene& scene) {
-  return std::span(picture_names).first(!is_inspected(scene.extent()) ? 0 : scene.extent().depth > 1 ? 6 : 5);
-}
 
 /// A slice across x or y with its last row first: z leads up in the pictures, as heads stand.
 ScalarField upright(const ScalarField& slice, const Plane& plane) {
@@ -38,9 +36,9 @@ ScalarField upright(const ScalarField& slice, const Plane& plane) {
 }
 
 /// Writes the pictures; of a volume the planes to show stand beside each other. `files`: as file_names() has
-/// them. The row of a volume is told how the slices lie in their picture.
-void write_pictures(const std::filesystem::path& folder, std::span<const std::string> files,
-                    const Scene& scene, const VectorField& displacement, json& row) {
+/// them. Returns how the slices of a volume lie in their picture.
+json write_pictures(const std::filesystem::path& folder, std::span<const std::string> files,
+                    const Scene& scene, const VectorField& displacement) {
   const std::vector<Plane> planes = planes_to_show(displacement);
   const auto drawn = [&](const auto& draw) {
     std::vector<ScalarField> slices;
@@ -63,42 +61,70 @@ void write_pictures(const std::filesystem::path& folder, std::span<const std::st
   write_magnitude_png(folder / files[4], slices_of(magnitude),
                       std::max(double{std::ranges::max(magnitude.values)}, 1e-6));
   // Full blue is a fold, full red a doubled area, or volume.
-  const ScalarField change = slices_of(area_change_map(displacement));
+  const ScalarField change = drawn([&](const Plane& plane) {
+    const auto [slab, middle] = slab_around(displacement, plane);
+    return slice_of(area_change_map(slab), middle);
+  });
   write_signed_png(folder / files[5], change.extent, change.values, 1.0);
   if (scene.extent().depth > 1) {
     const ContactSheet sheet = contact_sheet(scene.picture, displacement);
     write_png(folder / files[6], sheet.picture);
-    row["slices"] = with_size({{"at", {planes[2].at, planes[1].at, planes[0].at}}}, sheet.volume);
+    return with_size({{"at", {planes[2].at, planes[1].at, planes[0].at}}}, sheet.volume);
   }
+  return {};
 }
 
 } // namespace
 
-std::vector<std::string> file_names(const Scene& scene, const std::string& extension) {
+std::vector<std::string> file_names(const Scene& scene, const std::string& extension, bool with_pictures) {
   std::vector<std::string> names{fmt::format("{}.{}", scene.name, extension)};
-  for (const char* const picture : pictures_of(scene)) {
-    names.push_back(fmt::format("{}-{}.png", scene.name, picture));
+  if (with_pictures && is_inspected(scene.extent())) { // of an image those without slices
+    for (const char* const picture : std::span(picture_names).first(scene.extent().depth > 1 ? 6 : 5)) {
+      names.push_back(fmt::format("{}-{}.png", scene.name, picture));
+    }
   }
   return names;
 }
 
-void write_files(const std::filesystem::path& folder, const std::vector<std::string>& files,
-                 const std::filesystem::path& results, const Scene& scene, const VectorField& displacement,
-                 json& row) {
+FilesOfRun::FilesOfRun(std::filesystem::path folder, std::vector<std::string> files, const Scene& scene,
+                       const VectorField& displacement)
+    : folder_(std::move(folder)), files_(std::move(files)) {
+  if (!have_images()) {
+    return;
+  }
+  field_ = std::async(std::launch::async, [&] {
+    const Clock clock;
+    write_displacement(folder_ / files_[0], displacement, scene.spacing, scene.placement, scene.oblong);
+    return clock.seconds();
+  });
+  if (files_.size() > 1) {
+    pictures_ = std::async(std::launch::async, [&] {
+      const Clock clock;
+      json slices = write_pictures(folder_, files_, scene, displacement);
+      return std::pair(clock.seconds(), std::move(slices));
+    });
+  }
+}
+
+void FilesOfRun::finish(const std::filesystem::path& results, json& row) {
   if (!have_images()) {
     fmt::print("  No files are written: this build has no image support (-DHDMBENCH_IMAGES=ON).\n");
     return;
   }
-  write_displacement(folder / files[0], displacement, scene.spacing, scene.placement, scene.oblong);
-  row["field"] = beside(results, folder, files[0]);
-  fmt::print("  {}: the displacement in millimetres\n", (folder / files[0]).string());
-  if (is_inspected(scene.extent())) {
-    write_pictures(folder, files, scene, displacement, row);
-    fmt::print("  beside it {}\n", fmt::join(files.begin() + 1, files.end(), ", "));
+  row["phases"]["writing"] = field_.get();
+  row["field"] = beside(results, folder_, files_[0]);
+  fmt::print("  {}: the displacement in millimetres\n", (folder_ / files_[0]).string());
+  if (!pictures_.valid()) {
+    return;
   }
-  std::size_t next = 1;
-  for (const char* const picture : pictures_of(scene)) {
-    row["pictures"][picture] = beside(results, folder, files[next++]);
+  auto [seconds, slices] = pictures_.get();
+  row["phases"]["pictures"] = seconds;
+  if (!slices.is_null()) {
+    row["slices"] = std::move(slices);
+  }
+  fmt::print("  beside it {}\n", fmt::join(files_.begin() + 1, files_.end(), ", "));
+  for (std::size_t i = 1; i < files_.size(); ++i) {
+    row["pictures"][picture_names[i - 1]] = beside(results, folder_, files_[i]);
   }
 }
 

@@ -5,21 +5,38 @@
 #include <nlohmann/json.hpp>
 
 #include <filesystem>
-#include <span>
+#include <future>
 #include <string>
+#include <utility>
 #include <vector>
 
 /// What `run` writes into its output folder.
 namespace hdmbench::commands {
 
 /// Returns the names of the field, with this extension, and then, of a scene that is inspected, of the
-/// pictures.
-[[nodiscard]] std::vector<std::string> file_names(const Scene& scene, const std::string& extension);
+/// pictures, where there are to be any.
+[[nodiscard]] std::vector<std::string> file_names(const Scene& scene, const std::string& extension,
+                                                  bool with_pictures);
 
-/// Writes these `files`, says so, and puts their names, as they are seen from the result file `results`, into
-/// the row of the run. Throws InputError where one cannot be written.
-void write_files(const std::filesystem::path& folder, const std::vector<std::string>& files,
-                 const std::filesystem::path& results, const Scene& scene, const VectorField& displacement,
-                 nlohmann::json& row);
+/// The files of a run, which two threads write while the object lives: one the field, one the pictures.
+class FilesOfRun {
+public:
+  /// `files`: what file_names() gave. `scene` and `displacement` outlive the object.
+  FilesOfRun(std::filesystem::path folder, std::vector<std::string> files, const Scene& scene,
+             const VectorField& displacement);
+  FilesOfRun(const FilesOfRun&) = delete;
+  FilesOfRun& operator=(const FilesOfRun&) = delete;
+
+  /// Waits for the files, says so, and puts their names, as they are seen from the result file `results`, and
+  /// the seconds that they took into the row of the run. To be called once. Throws InputError where one could
+  /// not be written.
+  void finish(const std::filesystem::path& results, nlohmann::json& row);
+
+private:
+  std::filesystem::path folder_;
+  std::vector<std::string> files_;
+  std::future<double> field_;                               ///< gives its seconds
+  std::future<std::pair<double, nlohmann::json>> pictures_; ///< and how the slices of a volume lie
+};
 
 } // namespace hdmbench::commands

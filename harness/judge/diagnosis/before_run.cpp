@@ -56,6 +56,9 @@ void check_conflicts(const Scene& scene, Warnings& warnings) {
   std::size_t folds = 0;
   Seen steps;
   for (const Component& component : components(scene)) {
+    if (component.known.width() < 1.0) {
+      continue; // no two targets are that far apart
+    }
     for_each_pair(extent, [&](std::size_t site, std::size_t next, std::size_t axis) {
       const double rise = double{component.target[next]} - double{component.target[site]};
       const bool fold = axis == component.axis && rise <= -1.0;
@@ -253,8 +256,12 @@ void check_rest_candidate(const Scene& scene, Warnings& warnings) {
 /// Layers two pixels thin: from a ratio of 10,000 on, cycles leave pixels while they move nothing any more.
 void check_elastic_cycles(const Scene& scene, Warnings& warnings) {
   constexpr double most = 100.0;
-  const Seen contrast = largest_contrast(scene.full);
-  if (contrast.most > most && scene.schedule.method == elastic_full_multigrid) {
+  const auto [softest, stiffest] = std::ranges::minmax(scene.full.modulus.values);
+  if (scene.schedule.method != elastic_full_multigrid ||
+      !(static_cast<double>(stiffest) / static_cast<double>(softest) > most)) {
+    return; // no two neighbours differ more
+  }
+  if (const Seen contrast = largest_contrast(scene.full); contrast.most > most) {
     warn(warnings, "stalling-cycles", std::nullopt, "ratio"_a = contrast.most,
          "place"_a = scene.extent().place(contrast.worst), "most"_a = most);
   }

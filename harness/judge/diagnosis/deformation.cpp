@@ -36,6 +36,22 @@ std::size_t corner_of(Extent extent, unsigned corner, int x, int y, int z) {
   return extent.index(x + bit(0), y + bit(1), z + bit(2));
 }
 
+/// Whether all corners of a cell, whose sites `site_of` gives, have the same finite displacement, as most of
+/// a body that is held.
+template <typename SiteOf>
+bool moves_as_one(const VectorField& displacement, const SiteOf& site_of) {
+  for (std::size_t component = 0; component < displacement.extent.axes(); ++component) {
+    const std::vector<float>& values = displacement[component];
+    const float first = values[site_of(0)];
+    for (unsigned corner = 0; corner < 1U << displacement.extent.axes(); ++corner) {
+      if (!(values[site_of(corner)] - first == 0.0F)) {
+        return false;
+      }
+    }
+  }
+  return true;
+}
+
 } // namespace
 
 ScalarField least_area_ratios(const VectorField& displacement) {
@@ -47,11 +63,16 @@ ScalarField least_area_ratios(const VectorField& displacement) {
 #pragma omp parallel for if (extent.sites() > sites_worth_threads)
   for (int row = 0; row < ratios.extent.rows(); ++row) {
     for (int x = 0; x < ratios.extent.width; ++x) {
+      const auto site_of = [&](unsigned corner) {
+        return corner_of(extent, corner, x, row % ratios.extent.height, row / ratios.extent.height);
+      };
+      if (moves_as_one(displacement, site_of)) {
+        ratios.values[ratios.extent.index(x, row)] = 1.0F;
+        continue;
+      }
       double least = std::numeric_limits<double>::infinity();
       for (unsigned corner = 0; corner < 1U << extent.axes(); ++corner) {
-        const std::size_t site =
-            corner_of(extent, corner, x, row % ratios.extent.height, row / ratios.extent.height);
-        least = std::min(least, content_ratio(displacement, site, corner));
+        least = std::min(least, content_ratio(displacement, site_of(corner), corner));
       }
       ratios.values[ratios.extent.index(x, row)] = static_cast<float>(least);
     }

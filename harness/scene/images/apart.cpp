@@ -161,6 +161,7 @@ void read_images_apart(int argc, const char* const* argv) {
   if (const auto file = asked_subject(argc, argv, question)) {
     answer(*file);
   }
+  images::make_factories();
   reads_apart() = std::getenv("HDMBENCH_ASK_IN_PROCESS") == nullptr;
 }
 

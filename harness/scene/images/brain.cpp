@@ -11,8 +11,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <future>
 #include <limits>
 #include <span>
+#include <utility>
 #include <vector>
 
 namespace hdmbench {
@@ -208,8 +210,17 @@ int class_of(float gray, const std::vector<double>& thresholds) {
 BrainSlice read_head(const std::filesystem::path& brain, const std::filesystem::path& head, int classes,
                      std::optional<Extent> size) {
   try {
-    const Image<ScalarField> inner = read_scalar(brain, {.takes_volumes = true});
-    const Image<ScalarField> outer = read_scalar(head, {.takes_volumes = true});
+    const auto read = [](const std::filesystem::path& file) {
+      Image<ScalarField> image = read_scalar(file, {.takes_volumes = true});
+      ScalarField part;
+      if (image.pixels.extent.axes() == 3) {
+        part = largest_part<3>(image.pixels, 0.0F);
+      }
+      return std::pair(std::move(image), std::move(part));
+    };
+    auto other = std::async(std::launch::async, read, head);
+    const auto [inner, in_brain] = read(brain);
+    const auto [outer, in_head] = other.get();
     if (const std::string difference = difference_between(inner.grid, outer.grid, head.string());
         !difference.empty()) {
       throw unusable(brain, fmt::format("it {}", difference));
@@ -217,8 +228,6 @@ BrainSlice read_head(const std::filesystem::path& brain, const std::filesystem::
     if (inner.pixels.extent.axes() != 3) {
       throw unusable(brain, "it is no volume");
     }
-    const ScalarField in_brain = largest_part<3>(inner.pixels, 0.0F);
-    const ScalarField in_head = largest_part<3>(outer.pixels, 0.0F);
     const std::vector<double> thresholds = otsu_thresholds(inner.pixels, in_brain, classes);
     Image<std::vector<ScalarField>> both{{outer.pixels, outer.pixels}, outer.spacing, outer.placement};
     for (std::size_t site = 0; site < in_brain.values.size(); ++site) {

@@ -150,6 +150,12 @@ struct Plane {
 [[nodiscard]] ScalarField slice_of(const ScalarField& field, const Plane& plane);
 /// The two components in the plane.
 [[nodiscard]] VectorField slice_of(const VectorField& field, const Plane& plane);
+/// A plane of a volume with its two neighbours, as far as there are any, and where the plane lies in them.
+struct Slab {
+  VectorField field;
+  Plane plane;
+};
+[[nodiscard]] Slab slab_around(const VectorField& field, const Plane& plane);
 /// Across z, y and x, through the site that moves farthest, or the middle where none moves or that site is on
 /// the border, of which a slice shows little; of an image its only one.
 [[nodiscard]] std::vector<Plane> planes_to_show(const VectorField& displacement);

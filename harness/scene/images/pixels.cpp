@@ -308,6 +308,10 @@ Pixels read_by_itk(const std::filesystem::path& file) {
 
 } // namespace
 
+void make_factories() {
+  (void)itk::PNGImageIO::New();
+}
+
 Pixels read_pixels_here(const std::filesystem::path& file) {
   try {
     require_no_pipe(file);

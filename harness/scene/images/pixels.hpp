@@ -71,6 +71,10 @@ struct Pixels {
 /// read_images_apart(), else in this one. Throws InputError and MissingFile.
 [[nodiscard]] Pixels read_pixels(const std::filesystem::path& file);
 
+/// ITK makes its list of factories with its first object, without a lock: this makes it before there are
+/// threads that read and write.
+void make_factories();
+
 /// Reads in this process: a damaged file may crash ITK's readers, or make them run for ever. What they would
 /// not notice is noticed here, but for pixels that are missing at the end of a MetaImage file: these
 /// they only report on standard error, which is for the process that started this one to judge. Throws

@@ -62,6 +62,22 @@ VectorField slice_of(const VectorField& field, const Plane& plane) {
   return slice;
 }
 
+Slab slab_around(const VectorField& field, const Plane& plane) {
+  std::array<int, 3> sides = field.extent.sides();
+  std::array<int, 3> from{};
+  int& first = from[plane.axis];
+  first = std::max(0, plane.at - 1);
+  sides[plane.axis] = std::min(sides[plane.axis], plane.at + 2) - first;
+  Slab slab{VectorField({sides[0], sides[1], sides[2]}), {plane.axis, plane.at - first}};
+  for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
+    for_each_site(slab.field.extent, [&](int x, int y, int z) {
+      slab.field[axis][slab.field.extent.index(x, y, z)] =
+          field[axis][field.extent.index(from[0] + x, from[1] + y, from[2] + z)];
+    });
+  }
+  return slab;
+}
+
 std::vector<Plane> planes_to_show(const VectorField& displacement) {
   const auto [width, height, depth] = displacement.extent.sides();
   if (depth == 1) {
