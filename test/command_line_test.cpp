@@ -12,10 +12,32 @@ namespace {
 using test::hdmbench;
 using test::read_json;
 
+/// Commands to repeat are as long as they are.
+void expect_narrow(const std::string& output, std::size_t columns) {
+  std::istringstream lines(output);
+  for (std::string line; std::getline(lines, line);) {
+    EXPECT_TRUE(line.size() <= columns || line.find("hdmbench ") != std::string::npos) << line;
+  }
+}
+
+/// By the lines below titles, which are as long as all columns.
+void expect_narrow_tables(const std::string& output) {
+  std::istringstream lines(output);
+  for (std::string line; std::getline(lines, line);) {
+    EXPECT_TRUE(line.size() <= 100 || line.find_first_not_of(" -") != std::string::npos) << line;
+  }
+}
+
 TEST(CommandLine, ExplainsItself) {
   const test::Outcome help = test::expect_run(0, "--help", HasSubstr("Usage: hdmbench [OPTIONS] SUBCOMMAND"));
   EXPECT_EQ(test::expect_run(2, "").output, help.output) << "without a command";
   EXPECT_EQ(hdmbench("--version").output, "0.1.0\n");
+  expect_narrow(help.output, 80);
+  expect_narrow(test::expect_run(0, "scenes", AllOf(HasSubstr("3-D"), HasSubstr("64 x 64 x 64"))).output,
+                100);
+  expect_narrow(hdmbench("methods").output, 100);
+  EXPECT_THAT(hdmbench("run --help").output, HasSubstr("of the thesis's energy alone:\n"));
+  EXPECT_THAT(hdmbench("tune --help").output, Not(HasSubstr("of the thesis's energy alone")));
 }
 
 /// What a command does, its exit status, and the keys that each of its rows has. A report is made of them
@@ -63,6 +85,7 @@ TEST(CommandLine, WritesRowsOfResults) {
     const test::Outcome outcome =
         hdmbench(fmt::format("{} --json {}", command.words, file), "cd " + folder.path().string() + ";");
     ASSERT_EQ(outcome.status, command.status) << command.words << '\n' << outcome.output;
+    expect_narrow_tables(outcome.output);
     const nlohmann::json document = read_json(folder.path() / file);
     EXPECT_EQ(document["schema"], 1);
     for (const char* key : {"machine", "cpu", "compiler", "flags", "commit", "date"}) {

@@ -304,7 +304,7 @@ protected:
     }
     test::expect_run(0, "bench square --size 9 --backends openmp --repeat 1 --no-ceilings --json " +
                             path("results.json").string());
-    commands_ = found_in("--help", "Subcommands", "\n  ([a-z][a-z-]*)");
+    commands_ = found_in("--help", "Solve:", "\n  ([a-z][a-z-]*)");
     ASSERT_GE(commands_.size(), 20U);
     rules_ = words_of("rules");
     rules_["in"] = {path("in").string()};

@@ -14,13 +14,15 @@
 
 namespace hdmbench::commands {
 
-/// The heading of the options in a command's help.
+/// The headings of the options in a command's help; the second is for what means nothing to other energies.
 static constexpr const char* schedule_group = "Instead of what the scene says";
+static constexpr const char* thesis_group = "Instead of what the scene says, of the thesis's energy alone";
 
 std::vector<std::string> schedule_names(const CLI::App& command, const std::vector<std::string>& but) {
   std::vector<std::string> names;
   for (const CLI::Option* const option : command.get_options()) {
-    if (option->get_group() == schedule_group && !contains(but, option->get_name())) {
+    const std::string& group = option->get_group();
+    if ((group == schedule_group || group == thesis_group) && !contains(but, option->get_name())) {
       names.push_back(option->get_name());
     }
   }
@@ -36,14 +38,13 @@ static std::string option_of(std::string_view key) {
 
 Options schedule_options(bool takes_energies) {
   Options all{};
-  const auto add = [&](const std::string& name, const std::string& takes, const std::string& help,
-                       auto take) {
+  const auto add = [&](const std::string& name, const std::string& takes, const std::string& help, auto take,
+                       const char* group = schedule_group) {
     all = {all, Options(name, [=](CLI::App& command, Call& call) {
-             const std::function<void(const std::string&)> into = [&call, take](const std::string& value) {
-               take(call.schedule, value);
-             };
-             command.add_option_function(name, into, help)->type_name(takes);
-           })};
+                  const std::function<void(const std::string&)> into =
+                      [&call, take](const std::string& value) { take(call.schedule, value); };
+                  command.add_option_function(name, into, help)->type_name(takes);
+                }).under(group)};
   };
   if (takes_energies) {
     std::vector<std::string> choices;
@@ -55,17 +56,20 @@ Options schedule_options(bool takes_energies) {
                     fmt::join(choices, " or ")),
         [](ScheduleOverrides& schedule, const std::string& name) { schedule.energy = &find_energy(name); });
   }
-  const auto add_key = [&](std::string_view key, std::string_view takes, std::string_view help) {
-    add(option_of(key), std::string(takes), std::string(help),
+  const auto add_key = [&](std::string_view key, std::string_view takes, std::string_view help,
+                           bool is_of_all = true) {
+    add(
+        option_of(key), std::string(takes), std::string(help),
         [key](ScheduleOverrides& schedule, const std::string& value) {
           schedule.given[std::string(key)] = value;
-        });
+        },
+        is_of_all || !takes_energies ? schedule_group : thesis_group);
   };
   add_key("method", "TEXT", "How the scene is solved (see methods)");
   for (const ScheduleKey& key : schedule_keys()) {
-    add_key(key.name, key.takes, key.help);
+    add_key(key.name, key.takes, key.help, key.of == ScheduleKey::Of::all);
   }
-  return all.under(schedule_group);
+  return all;
 }
 
 void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& other_method) const {

@@ -100,17 +100,6 @@ std::vector<std::string> published_scenes() {
   return scenes;
 }
 
-/// Seconds as so many of a unit, for people.
-void in_units(json& rows, std::initializer_list<const char*> keys, double in_a_second) {
-  for (json& row : rows) {
-    for (const char* const key : keys) {
-      if (row[key].is_number()) {
-        row[key] = row[key].get<double>() * in_a_second;
-      }
-    }
-  }
-}
-
 /// `rows`: those of one scene, as Bench has them.
 void print_scene(const json& rows) {
   const auto ran = std::ranges::find_if(rows, [](const json& row) { return !row["seconds"].empty(); });
@@ -130,9 +119,8 @@ void print_scene(const json& rows) {
   }
   json timed = rows;
   std::erase_if(timed.get_ref<json::array_t&>(), [](const json& row) { return row["seconds"].empty(); });
-  in_units(timed, {"seconds_median", "setup_seconds"}, 1e3);
-  fmt::print("{}", table_text(timed, "backend|work|threads|seconds_median:ms|spread_percent:+- %|"
-                                     "setup_seconds:set-up, ms|msites_per_second:Msites/s|"
+  fmt::print("{}", table_text(timed, "backend|work|threads|seconds_median:time|spread_percent:+- %|"
+                                     "setup_seconds:set-up|msites_per_second:Msites/s|"
                                      "bytes_per_site:bytes/site|speed_up_over_scalar:speed-up|"
                                      "speed_up_over_dense:over dense|percent_of_ceiling:% ceiling"));
   for (const json& row : rows) {
@@ -176,11 +164,10 @@ void print_kernels(const json& rows) {
   const Extent extent{some["width"], some["height"], some.value("depth", 1)};
   fmt::print("\n{}, {}{}", some["energy"].get<std::string>(), extent.text(),
              row_text(", {backend}: {device}\n", some));
-  in_units(timed, {"seconds_median", "device_seconds", "launch_seconds"}, 1e6);
   fmt::print("{}",
              table_text(timed,
-                        "kernel|level|seconds_median:us|spread_percent:+- %|device_seconds:device, us|"
-                        "launch_seconds:launch, us|"
+                        "kernel|level|seconds_median:time|spread_percent:+- %|device_seconds:device|"
+                        "launch_seconds:launch|"
                         "msites_per_second:Msites/s|gigabytes_per_second:GB/s|"
                         "gigaoperations_per_second:Gop/s|percent_of_ceiling:% ceiling|binding:bound by"));
   if (some["reason"] != "") {
@@ -241,7 +228,7 @@ int measure_scenes(Call& call) {
     return compare_programs(call, bench.registered());
   }
   fmt::print("{} +- is half of what the samples differ by.{}\n",
-             call[kernels] ? "Microseconds of one of several steps that are waited for together: \"device\" "
+             call[kernels] ? "Time of one of several steps that are waited for together: \"device\" "
                              "by the device's own clock, \"launch\" the rest."
                            : "Medians of whole solutions without set-up;",
              call[option::quick] && !call[kernels]
@@ -354,7 +341,7 @@ int bench_on_ranks(const Call& call, Ranks& ranks) {
       "samples\n",
       kind, backends, ranks.size(), call[option::repeat],
       table_text(judged(rows), "ranks|size|seconds|speed-up|efficiency|messages|bytes:bytes sent|"
-                               "message_seconds:s in messages"));
+                               "message_seconds:in messages"));
   call.write(std::move(rows), "scaling");
   return success;
 }
@@ -372,6 +359,7 @@ int run_bench(Call& call) {
 void add_bench(CLI::App& program, Call& call) {
   add_command(
       program, call, "bench", run_bench,
+      "Time solutions and steps on every backend.\n"
       "Time every backend on whole solutions and compare with the thesis: Tables 5.2, 5.4, 5.6 and 5.8 at\n"
       "300, 600 and 1200 by default. Speed-ups are over scalar, one thread at -O2, in the same run; a\n"
       "backend whose field is not scalar's to the bit gets no speed-up and exit status 1. What the devices\n"

@@ -141,7 +141,8 @@ private:
   std::vector<One> all_;
 };
 
-/// Adds a subcommand, which ends with the ExitStatus of `run`. A rule is "scene is required", "--spread needs
+/// Adds a subcommand, which ends with the ExitStatus of `run`. The first line of `help` is what the program's
+/// list of commands says of it. A rule is "scene is required", "--spread needs
 /// --detection" or "--list excludes --json --quick". `takes_energies`: as ScheduleOverrides has it.
 void add_command(CLI::App& program, Call& call, const char* name, int (*run)(Call& call), const char* help,
                  const Options& options, const std::vector<std::string>& rules = {},
@@ -165,6 +166,6 @@ using AddCommand = void(CLI::App& program, Call& call);
 AddCommand add_devices, add_methods, add_run, add_register, add_detect, add_rivals, add_verify,
     add_implementations, add_machine_code, add_probe, add_browser, add_golden, add_accuracy, add_continuum,
     add_faults, add_atlas, add_tradeoff, add_bench, add_report, add_export, add_fem_to_image,
-    add_positions_to_displacements, add_energy_plot, add_tune;
+    add_positions_to_displacements, add_energy_plot, add_tune, add_scenes;
 
 } // namespace hdmbench::commands

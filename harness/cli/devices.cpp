@@ -118,6 +118,20 @@ int list_methods(Call& /*call*/) {
   return success;
 }
 
+int list_scenes(Call& /*call*/) {
+  json rows = json::array();
+  for (const SceneSummary& scene : scene_summaries()) {
+    const bool is_volume = std::ranges::find(shipped_volumes, scene.name) != shipped_volumes.end();
+    rows.push_back({{"scene", scene.name},
+                    {"axes", is_volume ? "3-D" : "2-D"},
+                    {"size", scene.size},
+                    {"title", scene.title}});
+  }
+  fmt::print("{}\n  --size takes another size; a TOML file of your own is a scene, too.\n",
+             table_text(rows, "scene|axes:|size|title:what it shows"));
+  return success;
+}
+
 int run_probe(Call& call) {
   const Gates gates(call);
   const auto registry = make_backends();
@@ -209,21 +223,27 @@ int run_implementations(Call& call) {
 
 void add_devices(CLI::App& program, Call& call) {
   add_command(program, call, "devices", run_devices,
-              "List every backend with its devices, or why it is not there.\n"
+              "List every backend with its devices, or why not.\n"
               "mpirun -n R hdmbench devices: which one each rank takes.",
               {Options(option::json, "Write the list to this file")});
 }
 
 void add_methods(CLI::App& program, Call& call) {
   add_command(program, call, "methods", list_methods,
-              "List the ways to solve a scene (--method): what --iterations counts, how many are usual,\n"
+              "List the ways to solve a scene (--method).\n"
+              "What --iterations counts, how many are usual,\n"
               "which other options each takes, and which backends can",
               {});
+}
+
+void add_scenes(CLI::App& program, Call& call) {
+  add_command(program, call, "scenes", list_scenes, "List the scenes that come with the program.", {});
 }
 
 void add_probe(CLI::App& program, Call& call) {
   add_command(
       program, call, "probe", run_probe,
+      "Ask what each device's arithmetic does.\n"
       "What does each device's arithmetic do? Are products fused into sums, are sums reordered,\n"
       "are subnormal numbers, -0, NaN and infinity kept, how are quotients and roots rounded, when does a\n"
       "loop end? One sweep in the very programs that verify compares, and a small program of its own per\n"
@@ -236,6 +256,7 @@ void add_probe(CLI::App& program, Call& call) {
 void add_implementations(CLI::App& program, Call& call) {
   add_command(
       program, call, "implementations", run_implementations,
+      "verify on every driver of this machine.\n"
       "Run verify on every implementation of OpenGL and Vulkan that this machine has, each in a process of\n"
       "its own: as installed, Mesa's llvmpipe and softpipe, every Vulkan driver with a file, and zink on "
       "it.\n"

@@ -172,6 +172,7 @@ int run_faults(Call& call) {
 
 void add_faults(CLI::App& program, Call& call) {
   add_command(program, call, "faults", run_faults,
+              "Plant mistakes: does verify see each of them?\n"
               "Check the checker: plant mistakes into sessions, shaders and driver calls, one at a time, and "
               "see that verify\n"
               "disagrees on one scene at least; and that it lets through what is no mistake.\n"

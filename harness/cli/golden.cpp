@@ -198,6 +198,7 @@ int run_golden(Call& call) {
 void add_golden(CLI::App& program, Call& call) {
   add_command(
       program, call, "golden", run_golden,
+      "Compare hashes of the fields with those committed.\n"
       "Solve the shipped scenes at fixed sizes on every backend and compare a hash of the field of every\n"
       "level with those committed: machines, compilers and versions are to give the same bits, not only\n"
       "backends. Scenes of your own: SCENE.toml --write FILE keeps their hashes, SCENE.toml --golden FILE\n"

@@ -147,6 +147,7 @@ int run_machine_code(Call& call) {
 void add_machine_code(CLI::App& program, Call& call) {
   add_command(
       program, call, "machine-code", run_machine_code,
+      "Compile every kernel for GPUs that are not there.\n"
       "Compile every kernel for GPUs that need not be there (AMD by Mesa's RADV and by clang, NVIDIA by\n"
       "clang, Intel by ocloc), and read what became of its arithmetic: where nothing is fused, the bits are\n"
       "the specification's, as far as arithmetic goes. Registers, spills and local memory say how it would\n"

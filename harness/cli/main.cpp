@@ -14,6 +14,8 @@
 
 #include <csignal>
 #include <cstdio>
+#include <initializer_list>
+#include <memory>
 #include <sstream>
 
 namespace {
@@ -70,6 +72,44 @@ void require_meaning_for_ranks(std::string_view command, const std::string& own,
   }
 }
 
+/// One line a command: the first one of its help.
+class OneLineEach : public CLI::Formatter {
+public:
+  std::string make_subcommand(const CLI::App* command) const override {
+    const std::string help = command->get_description();
+    std::ostringstream line;
+    CLI::detail::format_help(line, command->get_name(), help.substr(0, help.find('\n')), get_column_width());
+    return line.str();
+  }
+  std::string make_option_desc(const CLI::Option* option) const override {
+    return fmt::format("{}", fmt::join(wrapped(Formatter::make_option_desc(option), 70), "\n"));
+  }
+};
+
+/// The commands, as --help lists them.
+void add_commands(CLI::App& program, commands::Call& call) {
+  using namespace commands;
+  struct Group {
+    const char* heading;
+    std::initializer_list<AddCommand*> commands;
+  };
+  for (const Group& group : std::initializer_list<Group>{
+           {"Solve", {add_run, add_register, add_detect}},
+           {"Check",
+            {add_verify, add_probe, add_implementations, add_machine_code, add_golden, add_faults,
+             add_browser}},
+           {"Measure and judge",
+            {add_bench, add_tradeoff, add_accuracy, add_continuum, add_atlas, add_rivals, add_report}},
+           {"List and convert",
+            {add_devices, add_methods, add_scenes, add_export, add_tune, add_energy_plot, add_fem_to_image,
+             add_positions_to_displacements}}}) {
+    for (AddCommand* const add : group.commands) {
+      add(program, call);
+      program.get_subcommands({}).back()->group(group.heading);
+    }
+  }
+}
+
 /// Throws what the commands throw.
 int run_program(std::span<char*> words, Ranks* ranks) {
   using namespace commands;
@@ -89,22 +129,13 @@ int run_program(std::span<char*> words, Ranks* ranks) {
   if (ranks != nullptr) {
     require_meaning_for_ranks(asked, call.line, *ranks);
   }
-  CLI::App program(
-      "hdmbench: one soft-tissue displacement model on CPU, OpenGL and Vulkan, cross-checked to the bit and "
-      "timed.\nCOMMAND --help explains each command.",
-      "hdmbench");
+  CLI::App program("hdmbench: one soft-tissue displacement on CPUs and GPUs, checked to the bit.\n"
+                   "COMMAND --help explains each command.",
+                   "hdmbench");
   program.set_version_flag("--version", std::string(build::version));
   program.require_subcommand(1);
-  for (AddCommand* const add : {add_devices,     add_methods,      add_run,
-                                add_register,    add_detect,       add_rivals,
-                                add_verify,      add_probe,        add_implementations,
-                                add_faults,      add_golden,       add_bench,
-                                add_accuracy,    add_continuum,    add_atlas,
-                                add_tradeoff,    add_browser,      add_report,
-                                add_export,      add_fem_to_image, add_positions_to_displacements,
-                                add_energy_plot, add_tune,         add_machine_code}) {
-    add(program, call);
-  }
+  program.formatter(std::make_shared<OneLineEach>());
+  add_commands(program, call);
   std::vector<std::string> names;
   for (CLI::App* const command : program.get_subcommands({})) {
     command->parse_complete_callback(

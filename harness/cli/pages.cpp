@@ -48,13 +48,14 @@ int write_page([[maybe_unused]] Call& call) {
 
 void add_report(CLI::App& program, Call& call) {
   add_command(program, call, "report", run_report,
-              "Put results into one HTML page that needs no network and no other file.",
+              "Put results into one HTML page.\nIt needs no network and no other file.",
               {result_files, page_file}, {"results is required"});
 }
 
 void add_browser(CLI::App& program, Call& call) {
   add_command(
       program, call, "browser", write_page,
+      "Write a page that tests a visitor's GPU.\n"
       "Write a page that tests the GPU of whoever opens it: the thesis's shader in WebGL 2 beside scalar in\n"
       "WebAssembly, every site after every sweep. Needs no network.\n"
       "Without scenes: those that show most, at 64 x 64.",

@@ -107,6 +107,7 @@ int run_rivals(Call& call) {
 void add_rivals(CLI::App& program, Call& call) {
   add_command(
       program, call, "rivals", run_rivals,
+      "Both against planted truth, and what others do.\n"
       "register and detect against planted truth, and what others do: finite elements deform a slice,\n"
       "noise is added, and every method has to find out how.",
       {Options(option::scene, nullptr, "brain"), Options(option::size, "Image size: 300 (square) or 257x130"),

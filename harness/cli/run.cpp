@@ -299,9 +299,9 @@ void print_way(const Solved& solved, const json& row, bool explained) {
 /// Prints what came out, and what speaks against it.
 void print_result(const Solved& solved, json& row) {
   const Solution& solution = solved.solution;
-  fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} {}, {} iterations in {:.3g} s\n",
+  fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} {}, {} iterations in {}\n",
              row["mean_energy"].get<double>(), row["largest_displacement"].get<double>(), solved.unit(),
-             row["iterations"].get<std::int64_t>(), solution.timings.total());
+             row["iterations"].get<std::int64_t>(), duration_text(solution.timings.total()));
   if (solution.estimated_error && !solved.plan) {
     fmt::print("  estimated distance from finite elements {:.2g} {}\n", *solution.estimated_error,
                solved.unit());
@@ -331,19 +331,12 @@ void require_output(const Call& call, const Scene& scene, const std::vector<std:
   }
 }
 
-/// Prints what the user waited for, beside `row`, which has the same.
-void print_phases(const json& phases) {
-  std::string text;
-  for (const char* const phase : {"reading", "solution", "diagnosis", "pictures", "writing"}) {
-    if (phases.contains(phase)) {
-      text += fmt::format("{}{} {:.3g} s", text.empty() ? "" : ", ", phase, phases[phase].get<double>());
-    }
-    if (phase == std::string_view("solution")) {
-      text += fmt::format(" (set-up {:.3g} s of it)", phases["set_up"].get<double>());
-    }
-  }
-  fmt::print("  {}, the last ones at the same time: {:.3g} s in all\n", text,
-             phases["command"].get<double>());
+/// Prints what the user waited for.
+void print_phases(const json& row) {
+  fmt::print("\n{}", table_text(json::array({row["phases"]}),
+                                "reading_seconds:reading|solution_seconds:solution|setup_seconds:its set-up|"
+                                "diagnosis_seconds:diagnosis|pictures_seconds:pictures|"
+                                "writing_seconds:writing|command_seconds:in all"));
 }
 
 int run_scene(Call& call) {
@@ -355,7 +348,7 @@ int run_scene(Call& call) {
   Progress progress(call.speaks());
   progress.describe(fmt::format("prepare {}", call[option::scene]));
   Scene scene = load_for(call);
-  phases["reading"] = clock.seconds();
+  phases["reading_seconds"] = clock.seconds();
   require_same_scenes(call, {&scene, 1});
   const Request request = request_of(call, scene.spacing);
   const auto registry = make_backends();
@@ -383,8 +376,8 @@ int run_scene(Call& call) {
                     .solve(scene, progress, {.unread = &scene, .last_changed = is_inspected(scene.extent())});
   }
   const Solution& solution = plan ? plan->solution : unplanned;
-  phases["solution"] = solving.seconds();
-  phases["set_up"] = solution.timings.projection + solution.timings.upload;
+  phases["solution_seconds"] = solving.seconds();
+  phases["setup_seconds"] = solution.timings.projection + solution.timings.upload;
   const json by_rank = ranks == nullptr ? json() : rows_of_ranks(call, registry, *shared, memory, *ranks);
   if (!call.speaks()) { // all ranks have the same field
     return success;
@@ -405,7 +398,7 @@ int run_scene(Call& call) {
                       std::move(absurd),
                       find_warnings(scene, solution, plan)};
   json row = row_of(solved);
-  phases["diagnosis"] = diagnosing.seconds();
+  phases["diagnosis_seconds"] = diagnosing.seconds();
   row["phases"] = std::move(phases);
   progress.clear();
   print_way(solved, row, call[explain]);
@@ -420,8 +413,8 @@ int run_scene(Call& call) {
   } else {
     fmt::print("  No files are written: there is no displacement.\n");
   }
-  row["phases"]["command"] = clock.seconds();
-  print_phases(row["phases"]);
+  row["phases"]["command_seconds"] = clock.seconds();
+  print_phases(row);
   call.write(json::array({without_nulls(row)}));
   return solved.absurd.empty() && (!plan || plan->met) ? success : disagreement;
 }
@@ -431,6 +424,7 @@ int run_scene(Call& call) {
 void add_run(CLI::App& program, Call& call) {
   add_command(
       program, call, "run", run_scene,
+      "Solve one scene, write displacement and pictures.\n"
       "Solve one scene; write the displacement in millimetres, and the picture before and after, the\n"
       "deformed grid and the displacement's magnitude and change of area or volume as PNG; say what speaks\n"
       "against the result.",

@@ -111,14 +111,14 @@ void FilesOfRun::finish(const std::filesystem::path& results, json& row) {
     fmt::print("  No files are written: this build has no image support (-DHDMBENCH_IMAGES=ON).\n");
     return;
   }
-  row["phases"]["writing"] = field_.get();
+  row["phases"]["writing_seconds"] = field_.get();
   row["field"] = beside(results, folder_, files_[0]);
   fmt::print("  {}: the displacement in millimetres\n", (folder_ / files_[0]).string());
   if (!pictures_.valid()) {
     return;
   }
   auto [seconds, slices] = pictures_.get();
-  row["phases"]["pictures"] = seconds;
+  row["phases"]["pictures_seconds"] = seconds;
   if (!slices.is_null()) {
     row["slices"] = std::move(slices);
   }

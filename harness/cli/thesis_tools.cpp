@@ -294,6 +294,7 @@ int plot(Call& call) {
 
 void add_tune(CLI::App& program, Call& call) {
   add_command(program, call, "tune", run_tune,
+              "Find the prior weight nearest to a truth.\n"
               "Find the prior weight alpha of (3.17) that brings the solution nearest to a truth (thesis "
               "A.7, (A.8)): a scan of\n"
               "five alphas, then the downhill simplex or simulated annealing over log(alpha / (1 - alpha)).",
@@ -304,6 +305,7 @@ void add_tune(CLI::App& program, Call& call) {
 
 void add_fem_to_image(CLI::App& program, Call& call) {
   add_command(program, call, "fem-to-image", convert_mesh,
+              "Turn a finite element result into an image.\n"
               "Turn a finite element result into a displacement image (thesis A.1). Lists are text: a line "
               "id,x,y,u,v per node,\n"
               "id,n1,n2,n3[,n4] per element; commas, semicolons or white space between, # begins a comment. "
@@ -317,6 +319,7 @@ void add_fem_to_image(CLI::App& program, Call& call) {
 
 void add_positions_to_displacements(CLI::App& program, Call& call) {
   add_command(program, call, "positions-to-displacements", convert_positions,
+              "Turn positions of pixels into displacements.\n"
               "Turn an image of where every pixel goes (positions in pixels) into a displacement image "
               "(thesis A.2).\n"
               "The input is a vector image, or the raw transformation that bUnwarpJ saves as text.",
@@ -326,6 +329,7 @@ void add_positions_to_displacements(CLI::App& program, Call& call) {
 
 void add_export(CLI::App& program, Call& call) {
   add_command(program, call, "export", write_scene,
+              "Write all inputs of a scene as images.\n"
               "Write all inputs of a scene as images (NRRD, with PNGs to look at) and a scene file that "
               "refers to them\n"
               "(thesis A.3, A.6, A.8). --size computes the scene, and the finite elements, at that size; the "
@@ -339,6 +343,7 @@ void add_export(CLI::App& program, Call& call) {
 void add_energy_plot(CLI::App& program, Call& call) {
   add_command(
       program, call, "energy-plot", plot,
+      "Plot the energy over two sites' displacements.\n"
       "Plot the total energy U over the displacements of two sites, all others as the scene's schedule "
       "leaves them\n"
       "(thesis A.5). The sum of all U_t, in double.",

@@ -328,6 +328,7 @@ int run_detect(Call& call) {
 void add_register(CLI::App& program, Call& call) {
   add_command(
       program, call, "register", run_register,
+      "Find the displacement between two pictures.\n"
       "Find the displacement between two pictures of one person, with the tissues' moduli (thesis Algorithms "
       "5 and 6).\n"
       "Writes DIR/displacement.nrrd and pictures before and after. Exit status 1 where the pictures have no "
@@ -339,6 +340,7 @@ void add_register(CLI::App& program, Call& call) {
 void add_detect(CLI::App& program, Call& call) {
   add_command(
       program, call, "detect", run_detect,
+      "Find tissue stiffer or softer than it looks.\n"
       "Where is tissue stiffer or softer than its label says? (thesis Algorithm 7)\n"
       "Registers the two pictures, then finds the moduli in the region that explain the deformation.\n"
       "Writes DIR/modulus.nrrd and DIR/detection.nrrd.",

@@ -342,6 +342,7 @@ int run_verify(Call& call) {
 void add_verify(CLI::App& program, Call& call) {
   add_command(
       program, call, "verify", run_verify,
+      "Compare every backend with scalar, bit for bit.\n"
       "Run every backend beside scalar and compare all sites after every iteration, bit for bit.\n"
       "resync: each iteration starts from scalar's field. free: each backend runs on its own.\n"
       "active: free, leaving out what cannot change. pyramid: all levels in one call, the last field.\n"

@@ -258,6 +258,23 @@ std::vector<std::string> shipped_scenes() {
   return names;
 }
 
+std::vector<SceneSummary> scene_summaries() {
+  std::vector<std::string> names = shipped_scenes();
+  names.insert(names.end(), shipped_volumes.begin(), shipped_volumes.end());
+  std::vector<SceneSummary> summaries;
+  for (const std::string& name : names) {
+    const toml::table root = parse_toml(text_of(name).text, name);
+    std::string size;
+    if (const toml::array* const sides = root["size"].as_array()) {
+      for (const toml::node& side : *sides) {
+        size += fmt::format("{}{}", size.empty() ? "" : " x ", side.value_or(0));
+      }
+    }
+    summaries.push_back({name, root["title"].value_or(name), size.empty() ? "its files'" : size});
+  }
+  return summaries;
+}
+
 Scene load_scene(const std::string& scene, const SceneOptions& options) {
   const SceneText file = text_of(scene);
   try {

@@ -143,6 +143,15 @@ void require_memory(Extent extent, const RegisteredEnergy& energy = usual_energy
 /// The shipped volumes.
 inline constexpr std::array<std::string_view, 3> shipped_volumes{"cube", "ball", "head"};
 
+/// What a shipped scene says of itself.
+struct SceneSummary {
+  std::string name;
+  std::string title;
+  std::string size; ///< "64 x 64 x 64", or that its files have it
+};
+/// All of them, images first.
+[[nodiscard]] std::vector<SceneSummary> scene_summaries();
+
 /// The files that a scene is made of: the TOML file and what it names, where it is there. Nothing where it is
 /// no scene.
 [[nodiscard]] std::vector<std::filesystem::path> files_of_scene(const std::string& scene);

@@ -1,6 +1,7 @@
 #include "harness/solve/progress.hpp"
 
 #include <fmt/format.h>
+#include <sys/ioctl.h>
 #include <unistd.h>
 
 #include <algorithm>
@@ -82,6 +83,11 @@ void Progress::show() {
   } else {
     line = fmt::format("{:.0f} s  {}", seconds_since(described_), what_);
   }
+  if (winsize window{}; terminal_ && ioctl(STDERR_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col > 1) {
+    // A line that goes on in the next row could not be taken back; a character has one byte or more.
+    line.resize(std::min(line.size(), std::size_t{window.ws_col} - 1));
+  }
+  std::fflush(stdout); // where both go to one file, a line of it may be half there
   fmt::print(stderr, "{}{}{}", terminal_ ? "\r\x1b[K" : "", line, terminal_ ? "" : "\n");
   std::fflush(stderr);
   visible_ = terminal_;

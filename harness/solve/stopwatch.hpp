@@ -1,8 +1,25 @@
 #pragma once
 
+#include <fmt/format.h>
+
 #include <chrono>
+#include <cmath>
+#include <string>
+#include <utility>
 
 namespace hdmbench {
+
+/// "791 ns", "7.91 us", "3.36 ms" or "1056 s": three digits, of whole seconds all.
+[[nodiscard]] inline std::string duration_text(double seconds) {
+  for (const auto& [unit, in_a_second] : {std::pair("s", 1.0), {"ms", 1e3}, {"us", 1e6}}) {
+    const double value = seconds * in_a_second;
+    if (!(std::abs(value) < 0.9995) || seconds == 0.0) {
+      return std::abs(value) < 999.5 ? fmt::format("{:.3g} {}", value, unit)
+                                     : fmt::format("{:.0f} {}", value, unit);
+    }
+  }
+  return fmt::format("{:.3g} ns", seconds * 1e9);
+}
 
 /// Seconds since it was made.
 class Clock {
