@@ -215,8 +215,7 @@ Judge::Found Judge::solve_on(Place& place, Setting& setting, Progress& progress)
   Scene& scene = setting.scene;
   if (setting.told.asked) {
     // Without a limit of time a plan depends on the scene alone, so all must come to the same field.
-    Plan plan =
-        solve_as_needed(scene, {.accuracy = *setting.told.asked}, *place.backend, options_.session, progress);
+    Plan plan = solve_as_needed(scene, {.accuracy = *setting.told.asked}, place.solver, progress);
     return {.displacement = std::move(plan.solution.displacement),
             .fine_sweep_equivalents = fine_sweep_equivalents(plan),
             .estimated = plan.solution.estimated_error,

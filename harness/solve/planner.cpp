@@ -349,12 +349,13 @@ void conclude(Plan& plan, const Scene& scene, const Request& request, double sec
   const bool in_time = !request.seconds || seconds <= *request.seconds;
   plan.met = accurate && in_time && absurd.empty();
   plan.outcome = fmt::format(
-      "{}{}{} in {:.3g} ms: {}{}",
+      "{}{}{} in {}: {}{}",
       request.accuracy ? fmt::format("asked {:.3g} px from finite elements, ", *request.accuracy) : "",
-      request.seconds ? fmt::format("asked {:.3g} ms, ", 1e3 * *request.seconds) : "",
+      request.seconds ? fmt::format("asked {}, ", duration_text(*request.seconds)) : "",
       error ? fmt::format("estimated {:.2g} px{}", *error, request.accuracy ? "" : " from finite elements")
             : "no estimate",
-      1e3 * seconds, plan.met ? "met" : "NOT met", mistrust.empty() ? "" : fmt::format(" ({})", mistrust));
+      duration_text(seconds), plan.met ? "met" : "NOT met",
+      mistrust.empty() ? "" : fmt::format(" ({})", mistrust));
 }
 
 double fine_sweep_equivalents(const Plan& plan) {
@@ -364,6 +365,11 @@ double fine_sweep_equivalents(const Plan& plan) {
 
 Plan solve_as_needed(Scene& scene, const Request& request, const Backend& backend,
                      const SessionOptions& options, Progress& progress) {
+  Solver solver(backend, options);
+  return solve_as_needed(scene, request, solver, progress);
+}
+
+Plan solve_as_needed(Scene& scene, const Request& request, Solver& solver, Progress& progress) {
   require_positive(request.accuracy, "the accuracy asked for (px)");
   require_positive(request.seconds, "the time asked for (s)");
   if (scene.energy->near != ReferenceSolution::finite_elements) {
@@ -371,13 +377,9 @@ Plan solve_as_needed(Scene& scene, const Request& request, const Backend& backen
         "an accuracy is a distance from finite elements, which the elastic energy alone comes near");
   }
   if (std::optional<Scene> scaled = with_safe_moduli(scene)) {
-    return solve_as_needed(*scaled, request, backend, options, progress);
+    return solve_as_needed(*scaled, request, solver, progress);
   }
-  if (const std::string why = why_not_solved(scene, backend); !why.empty()) {
-    throw InputError(fmt::format("{} {}; use --backend scalar", backend.name(), why));
-  }
-  const auto session = backend.open_elastic(options);
-  return Planner(scene, request, *session, progress).run();
+  return Planner(scene, request, solver.elastic(), progress).run();
 }
 
 } // namespace hdmbench

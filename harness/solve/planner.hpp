@@ -12,6 +12,8 @@
 
 namespace hdmbench {
 
+class Solver;
+
 /// What the user wants; one of the two is set, or both.
 struct Request {
   /// RMSD to finite elements with the scene's Poisson ratio, pixels, > 0.
@@ -53,5 +55,7 @@ void conclude(Plan& plan, const Scene& scene, const Request& request, double sec
 /// energy, and as ElasticSolver does. In the end the scene is as it was.
 [[nodiscard]] Plan solve_as_needed(Scene& scene, const Request& request, const Backend& backend,
                                    const SessionOptions& options, Progress& progress);
+/// The same on sessions that are open already.
+[[nodiscard]] Plan solve_as_needed(Scene& scene, const Request& request, Solver& solver, Progress& progress);
 
 } // namespace hdmbench

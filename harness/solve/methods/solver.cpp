@@ -30,6 +30,17 @@ std::optional<Scene> with_safe_moduli(const Scene& scene) {
 Solver::Solver(const Backend& backend, const SessionOptions& options)
     : backend_(backend), options_(options) {}
 
+ElasticSession& Solver::elastic() {
+  if (elastic_ == nullptr) {
+    if (!backend_.has_elastic()) {
+      throw InputError(
+          fmt::format("{} does not compute the elastic energy; use --backend scalar", backend_.name()));
+    }
+    elastic_ = backend_.open_elastic(options_);
+  }
+  return *elastic_;
+}
+
 Solution Solver::solve(const Scene& scene, Progress& progress, const SolveOptions& options) {
   if (elastic_ == nullptr) {
     if (const std::string why = why_not_solved(scene, backend_); !why.empty()) {
@@ -37,10 +48,7 @@ Solution Solver::solve(const Scene& scene, Progress& progress, const SolveOption
     }
   }
   if (scene.energy->is_of_cells()) {
-    if (elastic_ == nullptr) {
-      elastic_ = backend_.open_elastic(options_);
-    }
-    return solve_elastic(scene, *elastic_, progress, options);
+    return solve_elastic(scene, elastic(), progress, options);
   }
   if (session_ == nullptr) {
     session_ = backend_.open(options_);

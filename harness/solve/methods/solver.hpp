@@ -30,6 +30,10 @@ public:
   /// an elastic scene.
   [[nodiscard]] Solution solve(const Scene& scene, Progress& progress, const SolveOptions& options = {});
 
+  /// The session that minimises the elastic energy, which is opened where there is none yet. Throws what open
+  /// does; InputError where the backend does not compute that energy.
+  [[nodiscard]] ElasticSession& elastic();
+
 private:
   const Backend& backend_;
   SessionOptions options_;
