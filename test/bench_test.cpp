@@ -2,12 +2,15 @@
 
 #include "harness/measure/bench.hpp"
 
+#include "backends/shared/elastic_costs.hpp"
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/measure/pairs.hpp"
+#include "harness/scene/method.hpp"
 #include "test/files.hpp"
 #include "test/program.hpp"
 #include "test/sessions.hpp"
 
+#include <array>
 #include <sstream>
 
 namespace hdmbench {
@@ -208,6 +211,23 @@ TEST(Roofline, VectorsOfVolumesHaveAThirdComponent) {
   EXPECT_EQ(bytes("openmp", SiteKind::uniform_unobserved, 8), 2 * 12 / 8);
   EXPECT_EQ(bytes("opencl", SiteKind::unobserved), 2 * 12 + 8);
   EXPECT_EQ(bytes("opencl", SiteKind::uniform), 4 * 12);
+}
+
+TEST(Roofline, ASolutionOfTheElasticEnergyCostsItsSteps) {
+  for (const Extent extent : {Extent{33, 20}, Extent{9, 8, 7}}) {
+    Scene scene = load_scene(extent.axes() == 3 ? "cube" : "square", {.size = extent});
+    use_method(scene, find_method(elastic_sweeps));
+    std::array<SolutionCost, 2> cost;
+    for (const int more : {0, 1}) {
+      scene.schedule.iterations = 5 + 3 * more;
+      cost.at(static_cast<std::size_t>(more)) = solution_cost(steps_taken(scene), test::find("openmp"), {});
+    }
+    const StepCost sweep = step_cost({.kind = MethodStep::Kind::relax}, extent.axes());
+    const auto sites = static_cast<double>(extent.sites());
+    EXPECT_EQ(cost[1].bytes - cost[0].bytes, 3 * sites * sweep.bytes);
+    EXPECT_EQ(cost[1].operations - cost[0].operations, 3 * sites * sweep.operations);
+    EXPECT_GE(cost[0].bytes, 5 * sites * sweep.bytes);
+  }
 }
 
 TEST(Roofline, OnlyLevelsThatNoCacheHoldsCountAsMemory) {

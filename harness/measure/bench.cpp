@@ -242,11 +242,15 @@ void Bench::set_ceilings(Case& one) {
 }
 
 void Bench::open(Case& one, Scene& scene) {
-  const Place& place = places_[one.place];
+  Place& place = places_[one.place];
   const Device device = one.backend->device(one.session);
   one.row.update({{"device", device.name}, {"driver", device.driver}});
   if (one.is_dense()) {
-    one.cost = solution_cost(place.levels, *one.backend, device, scene.full);
+    if (scene.energy->is_of_cells() && place.steps.empty()) {
+      place.steps = steps_taken(scene);
+    }
+    one.cost = scene.energy->is_of_cells() ? std::optional(solution_cost(place.steps, *one.backend, device))
+                                           : solution_cost(place.levels, *one.backend, device, scene.full);
     set_ceilings(one);
   }
   one.resident = resident_bytes();

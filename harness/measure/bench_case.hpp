@@ -16,7 +16,8 @@ struct Bench::Place {
   BenchOptions options;
   std::string name{}; ///< "square 300 x 300"
   std::vector<LevelWork> levels{};
-  std::size_t scene_bytes = 0; ///< that loading it took
+  std::vector<StepsTaken> steps{}; ///< of the elastic energy; empty: not counted yet
+  std::size_t scene_bytes = 0;     ///< that loading it took
 };
 
 struct Bench::Case {

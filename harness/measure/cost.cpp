@@ -1,11 +1,16 @@
 #include "harness/measure/cost.hpp"
 
+#include "backends/registry.hpp"
+#include "backends/shared/elastic_costs.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/solve/methods/elastic.hpp"
 #include "kernels/data/volume_costs.hpp"
 
 #include <algorithm>
+#include <memory>
+#include <utility>
 
 namespace hdmbench {
 
@@ -76,6 +81,70 @@ std::optional<SolutionCost> solution_cost(const std::vector<LevelWork>& levels, 
     }
     cost.bytes += bytes;
     cost.bytes_from_memory += state > cache ? bytes : 0.0;
+  }
+  return cost;
+}
+
+namespace {
+
+/// Takes all steps on another session, and counts them.
+class CountingSession final : public ElasticSession {
+public:
+  CountingSession(std::unique_ptr<ElasticSession> session, std::size_t axes)
+      : session_(std::move(session)), axes_(axes) {}
+
+  void take(const MethodStep& step) override {
+    add(step_cost(step, axes_), step.level);
+    session_->take(step);
+  }
+  void read(int level, ElasticField field, VectorField& values) const override {
+    session_->read(level, field, values);
+  }
+  [[nodiscard]] float dot(ElasticField first, ElasticField second) const override {
+    add(dot_cost(axes_), 0);
+    return session_->dot(first, second);
+  }
+  [[nodiscard]] const std::vector<StepsTaken>& steps() const { return steps_; }
+
+private:
+  void do_load(ElasticHierarchy& hierarchy) override { session_->load(hierarchy); }
+
+  void add(const StepCost& cost, int level) const {
+    const auto sites = static_cast<double>(grid(level).sites.sites());
+    const StepsTaken one{1, sites * cost.operations, sites * cost.bytes};
+    const auto same = std::ranges::find_if(steps_, [&](const StepsTaken& other) {
+      return other.operations == one.operations && other.bytes == one.bytes;
+    });
+    if (same == steps_.end()) {
+      steps_.push_back(one);
+    } else {
+      ++same->times;
+    }
+  }
+
+  std::unique_ptr<ElasticSession> session_;
+  std::size_t axes_;
+  mutable std::vector<StepsTaken> steps_;
+};
+
+} // namespace
+
+std::vector<StepsTaken> steps_taken(const Scene& scene) {
+  const auto registry = make_backends();
+  CountingSession session(find_backend(registry, "openmp").open_elastic({}), scene.extent().axes());
+  Progress silent(false);
+  (void)solve_elastic(scene, session, silent, {});
+  return session.steps();
+}
+
+SolutionCost solution_cost(const std::vector<StepsTaken>& steps, const Backend& backend,
+                           const Device& device) {
+  const double cache = cache_bytes(backend, device);
+  SolutionCost cost;
+  for (const StepsTaken& step : steps) {
+    cost.operations += step.times * step.operations;
+    cost.bytes += step.times * step.bytes;
+    cost.bytes_from_memory += step.bytes > cache ? step.times * step.bytes : 0.0;
   }
   return cost;
 }

@@ -45,6 +45,19 @@ struct UpdateCost {
                                                         const Backend& backend, const Device& device,
                                                         const Level& full);
 
+/// A step of the elastic energy, at all sites of its level, so many times.
+struct StepsTaken {
+  int times = 0;
+  double operations = 0.0; ///< of one
+  double bytes = 0.0;
+};
+/// Returns the steps that a solution takes, the same on every backend: the scene is solved on the CPU to
+/// count them. Those without a declared cost (backends/shared/elastic_costs.hpp) count as nothing.
+[[nodiscard]] std::vector<StepsTaken> steps_taken(const Scene& scene);
+/// A step's arrays come from memory where no cache holds them.
+[[nodiscard]] SolutionCost solution_cost(const std::vector<StepsTaken>& steps, const Backend& backend,
+                                         const Device& device);
+
 /// What a level may have and stay in a cache of this machine's processor; 0 on a device that is none.
 [[nodiscard]] double cache_bytes(const Backend& backend, const Device& device);
 
