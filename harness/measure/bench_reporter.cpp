@@ -1,4 +1,5 @@
 #include "harness/measure/bench_case.hpp"
+#include "harness/measure/median.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -20,14 +21,13 @@ double seconds(double time, const Run& run) {
 }
 
 void set_medians(const Run& run, json& row) {
-  const double median = seconds(run.GetAdjustedRealTime(), run);
   if (row["seconds"].empty()) { // the library was asked for aggregates only
-    row["seconds"].push_back(median);
+    row["seconds"].push_back(seconds(run.GetAdjustedRealTime(), run));
   }
-  row["seconds_median"] = median;
   const auto samples = row["seconds"].get<std::vector<double>>();
+  row["seconds_median"] = median(samples); // the library's is another in the last bits: it knows sums
   const auto [least, most] = std::ranges::minmax(samples);
-  row["spread_percent"] = 50.0 * (most - least) / median;
+  row["spread_percent"] = 50.0 * (most - least) / median(samples);
   row["processor_seconds"] = seconds(run.GetAdjustedCPUTime(), run);
   const auto counted = [&](const char* counter, const char* key, double factor) {
     if (const auto found = run.counters.find(counter); found != run.counters.end()) {
