@@ -41,8 +41,10 @@ function axis(values, name, { logarithmic = true, length, ends }) {
 /// A chart of series: [{keys: {backend: "openmp", ...}, points: [{x, y, tell, faint}], dashed}]. The first key chooses the
 /// colour, the second the shape, and each key has a legend: a click on an entry switches its series off and on, a double
 /// click leaves it alone. `tell` is the text that pointing at a dot shows.
-/// x and y: {title, logarithmic, format, ends}. `front`: a line joins what no other point beats in both.
-function logPlot(series, { x, y, front = false, height = 360, label = "chart" }) {
+/// x and y: {title, logarithmic, format, ends}; `measured`: ticks of x where points are. `front`: a line joins what no other
+/// point beats in both. `marks`: [{x, text}], lines across the chart. `first`: {key: the values that are on at first}.
+/// `groups`: {key: names the group of a value, which the legend puts before it}.
+function logPlot(series, { x, y, front = false, height = 360, label = "chart", marks = [], first = {}, groups = {} }) {
   const width = 760, left = 78, right = 30, top = 12, bottom = 46;
   const usable = (point) => is_number(point.x) && is_number(point.y) &&
     (x.logarithmic === false || point.x > 0) && (y.logarithmic === false || point.y > 0);
@@ -50,7 +52,8 @@ function logPlot(series, { x, y, front = false, height = 360, label = "chart" })
   if (drawn.length === 0) return el("p", { class: "soft" }, "There is nothing to draw here.");
   const names = Object.keys(drawn[0].keys);
   const values = Object.fromEntries(names.map((key) => [key, distinct(drawn, (one) => one.keys[key])]));
-  const hidden = Object.fromEntries(names.map((key) => [key, new Set()]));
+  const hidden = Object.fromEntries(names.map((key) =>
+    [key, new Set(first[key] ? values[key].filter((value) => !first[key].includes(value)) : [])]));
   const look = (one) => ({
     colour: colour_of(values[names[0]].indexOf(one.keys[names[0]])),
     shape: SHAPES[(names[1] ? values[names[1]].indexOf(one.keys[names[1]]) : 0) % SHAPES.length] });
@@ -63,13 +66,13 @@ function logPlot(series, { x, y, front = false, height = 360, label = "chart" })
     const points = visible.flatMap((one) => one.points);
     const scale = points.length > 0 ? visible : drawn;
     const all = scale.flatMap((one) => one.points);
-    const across = axis(all.map((p) => p.x), x.title, { ...x, length: width - left - right });
+    const across = axis([...all, ...marks].map((p) => p.x), x.title, { ...x, length: width - left - right });
     const up = axis(all.map((p) => p.y), y.title, { ...y, length: height - top - bottom });
     const px = (point) => left + across.at(point.x);
     const py = (point) => height - bottom - up.at(point.y);
     const format = (one) => one.format ?? tick_text;
     const parts = [];
-    for (const value of across.ticks) {
+    for (const value of x.measured ? apart(distinct(all, (p) => p.x), across.at) : across.ticks) {
       const at = left + across.at(value);
       parts.push(el("line", { x1: at, x2: at, y1: top, y2: height - bottom, class: "grid" }),
         el("text", { x: at, y: height - bottom + 18, "text-anchor": "middle" }, format(x)(value)));
@@ -86,6 +89,11 @@ function logPlot(series, { x, y, front = false, height = 360, label = "chart" })
       if (one.points.length < 2) continue;
       parts.push(el("polyline", { points: one.points.map((p) => `${px(p).toFixed(1)},${py(p).toFixed(1)}`).join(" "),
         class: one.dashed ? "series dashed" : "series", style: `stroke:${look(one).colour}` }));
+    }
+    for (const mark of marks) {
+      const at = px(mark);
+      parts.push(el("line", { x1: at, x2: at, y1: top, y2: height - bottom, class: "mark" }),
+        el("text", { transform: `translate(${at - 5} ${top + 4}) rotate(-90)`, "text-anchor": "end" }, mark.text));
     }
     if (front) parts.push(el("path", { class: "front", d: front_path(points.filter((p) => !p.faint), px, py, width - right) }));
     dots = visible.flatMap((one) => one.points.map((point) => ({ point, x: px(point), y: py(point), one })));
@@ -109,7 +117,9 @@ function logPlot(series, { x, y, front = false, height = 360, label = "chart" })
     tip.replaceChildren(el("b", {}, Object.values(dot.one.keys).filter(Boolean).join(", ")), " ", dot.point.tell ?? "");
   }
   const legend = names.filter((key) => values[key].length > 1 || names.length === 1).map((key, index) => {
-    const entries = values[key].map((value) => {
+    const group_of = groups[key] ?? (() => "");
+    const grouped = [...group_by(values[key].map((value) => ({ value })), (one) => group_of(one.value))];
+    const entries = grouped.flatMap(([, some]) => some).map(({ value }) => {
       const one = drawn.find((other) => other.keys[key] === value);
       const mark = el("svg", { viewBox: "-6 -6 12 12", "aria-hidden": true },
         el("path", { d: key === names[1] ? look(one).shape : SHAPES[0],
@@ -127,7 +137,9 @@ function logPlot(series, { x, y, front = false, height = 360, label = "chart" })
       hidden[key] = hidden[key].size > 0 ? new Set() : new Set(values[key]);
       refresh();
     } }, "all / none");
-    return el("p", { class: "legend", "data-key": key }, names.length > 1 && el("span", { class: "soft" }, `${key} `), entries,
+    return el("p", { class: "legend", "data-key": key }, names.length > 1 && el("span", { class: "soft" }, `${key} `),
+      entries.map((entry, i) => [group_of(entry.value) !== group_of(entries[i - 1]?.value ?? NONE) &&
+        el("span", { class: "soft" }, `${group_of(entry.value)} `), entry]),
       values[key].length > 3 && all);
   });
   svg.addEventListener("pointermove", point_at);
@@ -136,6 +148,14 @@ function logPlot(series, { x, y, front = false, height = 360, label = "chart" })
   tip.append(el("span", { class: "soft" },
     "Point at a dot to see its row; a click on a name switches it, a double click leaves it alone."));
   return el("figure", { class: "chart" }, legend, svg, tip);
+}
+
+/// Those of the values that lie far enough apart for their numbers to be read.
+function apart(values, at) {
+  const kept = [];
+  for (const value of values.slice().sort((a, b) => a - b))
+    if (kept.length === 0 || at(value) - at(kept.at(-1)) > 38) kept.push(value);
+  return kept;
 }
 
 /// The staircase of the points that no other is both left of and below.

@@ -89,11 +89,11 @@ async function copy(text, button) {
   setTimeout(() => (button.textContent = before), 1500);
 }
 
-const FEW_ROWS = 12;
+const FEW_ROWS = 12, FEW_COLUMNS = 10; // page.css has the latter, too
 
 /// A table that is sorted by a click on a column's title and copied as CSV. A column is {key, title, format}: `format`
 /// makes text or an element of (value, row). A column without a value in any row is left out. Beyond a dozen
-/// the rows wait behind a button.
+/// the rows wait behind a button, and so do columns beyond the tenth.
 function table(rows, columns) {
   const shown = columns.filter((column) => rows.some((row) => has_value(value_of(row, column.key))));
   const numeric = shown.map((column) => rows.some((row) => is_number(value_of(row, column.key))));
@@ -128,9 +128,12 @@ function table(rows, columns) {
       el("button", { type: "button", title: "Sort by this column", onclick: () => sort(i) }, column.title)));
   const csv = el("button", { type: "button", class: "csv", onclick: () => copy(csv_of(order, shown), csv) }, "copy as CSV");
   fill();
+  const is_wide = shown.length > FEW_COLUMNS + 1;
+  const wider = is_wide && el("button", { type: "button",
+    onclick: () => { body.parentElement.className = ""; wider.remove(); } }, `show all ${shown.length} columns`);
   return el("div", { class: "table" },
-    el("div", { class: "scroll" }, el("table", {}, el("thead", {}, el("tr", {}, heads)), body)),
-    el("p", { class: "tools" }, more, csv));
+    el("div", { class: "scroll", tabindex: 0 }, el("table", { class: is_wide && "few" }, el("thead", {}, el("tr", {}, heads)), body)),
+    el("p", { class: "tools" }, more, wider, csv));
 }
 
 /// A choice of one out of `options` ([value, text], ...), which begins with the first; `change` gets the value.

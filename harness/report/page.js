@@ -46,10 +46,11 @@ function machines_table(files) {
 /// Machine, date, verdict, numbers.
 function head(machine, files) {
   const dates = files.map((file) => minute(file.context.date)).filter(Boolean).sort();
-  const newest = files.find((file) => minute(file.context.date) === dates.at(-1))?.context ?? {};
+  const last_file = files.find((file) => minute(file.context.date) === dates.at(-1));
+  const newest = last_file?.context ?? {};
   const [first, last] = [dates[0], dates.at(-1)].map((date) => date?.slice(0, 10));
   const where = [first === last ? dates.at(-1) : `${first} to ${last}`, newest.operating_system, newest.compiler,
-    newest.commit && `commit ${newest.commit}`];
+    newest.commit && `commit ${newest.commit}`, is_number(last_file?.commits_ago) && `${plural(last_file.commits_ago, "commit")} ago`];
   const list = (notes) => notes.length > 0 && el("ul", {}, notes.map((note) => el("li", {}, with_times(note.sentence))));
   const others = machine.notes.filter((note) => note.state === "good");
   // A graphics card has a name by each of its drivers: the shortest.

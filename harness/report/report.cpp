@@ -18,6 +18,7 @@
 #include "report_assets/report_text.hpp"
 #include "report_assets/sections_script.hpp"
 
+#include <commit.hpp>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -141,6 +142,14 @@ private:
   std::size_t size_ = 0;
 };
 
+/// Commits between the one that made results and the program's own; null where it is none of these.
+json commits_ago(const std::string& commit) {
+  constexpr std::size_t length = 12;
+  const std::size_t at =
+      commit.size() < length ? std::string_view::npos : build::history.find(commit.substr(0, length));
+  return at == std::string_view::npos ? json() : json(at / (length + 1));
+}
+
 json page_data(const report::Results& results) {
   json files = json::array();
   Pictures pictures;
@@ -154,6 +163,7 @@ json page_data(const report::Results& results) {
                      {"command", source.command},
                      {"context", source.context},
                      {"replaced", source.replaced},
+                     {"commits_ago", commits_ago(source.context.commit)},
                      {"results", packed(source.results)}});
   }
   for (const auto& [folder, prefix] : folders) {

@@ -60,6 +60,19 @@ const TRUTHS = [
   ["rmsd_to_fixed_point", "the fixed point of the thesis's energy"],
 ];
 
+/// Six methods that a chart begins with: those that come nearest to the truth, the thesis's own, and its rivals.
+const first_methods = (rows) => {
+  const ours = [...group_by(rows.filter((row) => !row.rival && is_number(own_error(row))), "method")]
+    .map(([method, some]) => [method, Math.min(...some.map(own_error))]).sort(([, a], [, b]) => a - b);
+  return distinct([...ours.slice(0, 3).map(([method]) => method), "icm", "fem-cg", "fem-coarse", ...distinct(rows, "method")]
+    .filter((method) => rows.some((row) => row.method === method)), (method) => method).slice(0, 6);
+};
+/// The device of a backend in these rows, without what stands behind a slash or in brackets, for a legend.
+const device_of = (rows) => (backend) => {
+  const device = rows.find((row) => row.backend === backend && row.device)?.device;
+  return device ? `${device.replace(/\((R|TM)\)/g, "").split(/\/| \(/)[0]}:` : backend?.startsWith("thesis") ? "published:" : "";
+};
+
 function tradeoff(rows) {
   const points = rows.filter((row) => row.kind !== "equal accuracy");
   const equal = rows.filter((row) => row.kind === "equal accuracy");
@@ -75,9 +88,12 @@ function tradeoff(rows) {
       tell: (row) => `${row.effort}${row.device ? `, ${row.device}` : ""}: ${seconds(row.seconds_median)}, ` +
         `${number(own_error(row))} px from finite elements. ${row.reason || row.command || ""}`,
     }));
+    const direct = here.filter((row) => row.method === "fem").sort((a, b) => a.seconds_median - b.seconds_median)[0];
     return [
       logPlot(series, {
         label: `speed against accuracy, ${scene}`, front: true, height: 440,
+        marks: direct ? [{ x: direct.seconds_median, text: `direct finite elements, ${seconds(direct.seconds_median)}` }] : [],
+        first: { method: first_methods(here) }, groups: { backend: device_of(here) },
         x: { title: "seconds of a whole solution", format: seconds },
         y: { title: "px to the truth, RMS over all sites" },
       }),
@@ -236,10 +252,12 @@ const published_rows = ({ table: of, scene, size, gpu_seconds, cpu_seconds, spee
 
 function speed(rows, data) {
   const all = [...rows, ...data.published.timings.flatMap(published_rows)];
-  const scenes = [...group_by(rows, "scene")].sort(([, a], [, b]) => b.length - a.length).map(([scene]) => [scene]);
+  // Each energy has its own chart, and the thesis's timings belong to its own.
+  const chart_of = (row) => row.scene + (row.energy === "elastic" ? ", elastic" : "");
+  const scenes = [...group_by(rows, chart_of)].sort(([, a], [, b]) => b.length - a.length).map(([scene]) => [scene]);
   const work = (row) => (row.thesis ? "published" : row.work || (row.method?.includes("active") ? "active" : row.method));
   const draw = ({ scene }) => {
-    const here = all.filter((row) => row.scene === scene)
+    const here = all.filter((row) => chart_of(row) === scene)
       .sort((a, b) => a.width - b.width || a.seconds_median - b.seconds_median);
     const curves = group_by(here, (row) => `${row.backend}\n${work(row)}\n${row.threads}`);
     const series = [...curves.values()].map((curve) => series_of({ backend: curve[0].backend, sites: work(curve[0]) }, curve, {
@@ -248,12 +266,12 @@ function speed(rows, data) {
       faint: (row) => row.valid === false,
       dashed: curve[0].thesis,
       tell: (row) => `${row.method}, ${size_of(row)}: ${seconds(row.seconds_median)}` +
-        (row.speed_up_over_scalar ? `, ${times(row.speed_up_over_scalar)} over scalar` : "") + (row.reason ? `; ${row.reason}` : ""),
+        (row.speed_up_over_scalar ? `, ${times(row.speed_up_over_scalar)} over dense scalar` : "") + (row.reason ? `; ${row.reason}` : ""),
     }));
     return [
       logPlot(series, {
-        label: `seconds over size, ${scene}`,
-        x: { title: "sites a side", format: (value) => count(Math.round(value)) },
+        label: `seconds over size, ${scene}`, groups: { backend: device_of(here) },
+        x: { title: "sites a side", measured: true, format: (value) => count(Math.round(value)) },
         y: { title: "seconds of a whole solution", format: seconds },
       }),
       table_of(here, PAGE.tables.speed),

@@ -4,6 +4,7 @@
 #include "harness/report/results.hpp"
 #include "harness/report/table.hpp"
 #include "harness/report/verdict.hpp"
+#include "harness/solve/stopwatch.hpp"
 
 #include <fmt/format.h>
 
@@ -19,10 +20,6 @@ namespace hdmbench::report {
 namespace {
 
 using nlohmann::json;
-
-std::string seconds_text(double seconds) {
-  return seconds < 1.0 ? fmt::format("{:.3g} ms", 1e3 * seconds) : fmt::format("{:.3g} s", seconds);
-}
 
 Figure comparisons_figure(const Results& results, std::string_view machine) {
   const Rows rows = rows_where(rows_of(results, "verify", machine), was_compared);
@@ -108,8 +105,9 @@ std::optional<Figure> nearest_figure(const Results& results, std::string_view ma
   });
   const double error = *own_error(best);
   return Figure{error > far ? State::unsure : State::good, fmt::format("{:.2g} px", error),
-                fmt::format("from finite elements after {}: {} by {} on {}, {}",
-                            seconds_text(*number_of(best, "seconds_median")), text_of(best, "method"),
+                fmt::format("from finite elements with Poisson's ratio {:.3g} after {}: {} by {} on {}, {}",
+                            number_of(best, "poisson_used").value_or(0.0),
+                            duration_text(*number_of(best, "seconds_median")), text_of(best, "method"),
                             text_of(best, "backend"), text_of(best, "scene"), size_of(best))};
 }
 
@@ -124,8 +122,9 @@ std::string speed_text(const Rows& rows) {
              : fmt::format(
                    "\n  {}, {}, a whole solution\n{}", text_of(*rows.front(), "scene"),
                    size_of(*rows.front()),
-                   table_text(list, "backend|method|seconds_median:seconds|speed_up_over_scalar:over scalar|"
-                                    "reason:not verified"));
+                   table_text(list,
+                              "backend|method|seconds_median:seconds|speed_up_over_scalar:over dense scalar|"
+                              "reason:not verified"));
 }
 
 } // namespace
