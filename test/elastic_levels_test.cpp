@@ -1,6 +1,7 @@
 // The elastic energy of images and volumes: the specification against finite elements in double, the levels
 // against the products that define them, and how far a sweep may go.
 
+#include "backends/session/part_rows.hpp"
 #include "harness/check/cases.hpp"
 #include "kernels/data/elastic/set_up.hpp"
 #include "reference/finite_elements.hpp"
@@ -156,6 +157,29 @@ TEST(ElasticLevels, SweepsOfTheImageLetNoWaveGrow) {
                                          model.poisson, static_cast<int>(model.integration));
       EXPECT_LT(worst, 2.0) << of;
       EXPECT_GT(worst, 1.7) << of << ": they go less than they might";
+    }
+  }
+}
+
+/// An array larger than staging memory goes part by part: each site is in one part, at its place.
+TEST(ElasticLayout, EverySiteIsInOneOfTheParts) {
+  for (const Extent sites : {Extent{37, 23}, Extent{2, 2}, Extent{9, 11, 13}, Extent{40, 2, 3}}) {
+    const ElasticLayout::Part part = ElasticLayout::alone(sites);
+    const auto size = static_cast<std::int64_t>(ElasticLayout::padded(sites).sites());
+    for (const std::int64_t together : {std::int64_t{7}, std::int64_t{100}, size, size + 1000}) {
+      SCOPED_TRACE(sites.text() + " by " + std::to_string(together));
+      std::vector<int> seen(sites.sites());
+      for (std::int64_t from = 0; from < size; from += together) {
+        for_each_row(part, from, from + together, [&](int y, int z, int first, int end, std::int64_t at) {
+          ASSERT_EQ(at, part.first + z * part.layer + y * part.pitch);
+          ASSERT_GE(at + first, from);
+          ASSERT_LE(at + end, from + together);
+          for (int x = first; x < end; ++x) {
+            ++seen[sites.index(x, y, z)];
+          }
+        });
+      }
+      EXPECT_THAT(seen, testing::Each(1));
     }
   }
 }
