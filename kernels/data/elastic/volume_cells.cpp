@@ -360,14 +360,14 @@ VolumeRelaxation::VolumeRelaxation(double poisson, double contrast, double bend)
     }
     return most;
   };
-  constexpr double most_contrast = 1e6; // beyond it the eigenvalues change no more
+  constexpr double saturating_contrast = 1e6; // beyond it the eigenvalues change no more
   const double uniform = largest_eigenvalue({1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0}, ratio, 1.0);
   constexpr double share_of_limit = 1.9; // a wave grows from 2 on
   factor = static_cast<float>(share_of_limit / uniform);
-  const double most = std::min(contrast, most_contrast);
+  const double most = std::min(contrast, saturating_contrast);
   weight =
       contrast > 1.0 ? static_cast<float>(std::max(largest(most, 1.0), largest(most, bend)) / uniform) : 1.0F;
-  weight_beyond = static_cast<float>(largest(most_contrast, 1.0) / uniform);
+  weight_beyond = static_cast<float>(largest(saturating_contrast, 1.0) / uniform);
 }
 
 void set_volume_response(ElasticLevel& level, const VolumeRelaxation& relaxation,
