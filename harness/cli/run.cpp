@@ -239,6 +239,7 @@ struct Solved {
   const std::optional<Plan>& plan;
   const Solution& solution;
   std::string backend; ///< of ranks all of them
+  std::string name;    ///< of the backend for people: "openmp on 2 ranks"
   std::string device;
   std::string absurd; ///< why there is no displacement; empty: there is one
   Warnings warnings;
@@ -249,7 +250,7 @@ struct Solved {
 };
 
 json row_of(const Solved& solved) {
-  const auto& [scene, request, plan, solution, backend, device, absurd, warnings] = solved;
+  const auto& [scene, request, plan, solution, backend, name, device, absurd, warnings] = solved;
   json row = with_size({{"scene", scene.name},
                         {"title", scene.title},
                         {"backend", backend},
@@ -278,7 +279,7 @@ json row_of(const Solved& solved) {
 void print_way(const Solved& solved, const json& row, bool explained) {
   const Scene& scene = solved.scene;
   fmt::print("{}\n{} {} of {:.4g} mm, {} on {} ({})\n\n", scene.title, scene.extent().text(),
-             solved.is_volume() ? "voxels" : "pixels", scene.spacing, solved.method(), solved.backend,
+             solved.is_volume() ? "voxels" : "pixels", scene.spacing, solved.method(), solved.name,
              solved.device);
   if (!solved.plan) {
     print_levels(solved.solution, is_inspected(scene.extent()) && !scene.energy->is_of_cells());
@@ -394,6 +395,7 @@ int run_scene(Call& call) {
                       plan,
                       solution,
                       shared ? shared->backends() : std::string(backend.name()),
+                      std::string(backend.name()),
                       device.name,
                       std::move(absurd),
                       find_warnings(scene, solution, plan)};
