@@ -91,7 +91,7 @@ bool is_unclean(const json& row) {
   return row.contains("unclean") && !row["unclean"].empty();
 }
 bool has_seconds(const json& row) {
-  return number_of(row, "seconds_median").has_value();
+  return number_of(row, "seconds_median").value_or(0.0) > 0.0; // 0 where nothing was timed
 }
 
 /// A finding about the rows of a command of which something holds: "3 of 9 <sentence>: <names>." Without a
