@@ -220,7 +220,9 @@ TEST(Roofline, ASolutionOfTheElasticEnergyCostsItsSteps) {
     std::array<SolutionCost, 2> cost;
     for (const int more : {0, 1}) {
       scene.schedule.iterations = 5 + 3 * more;
-      cost.at(static_cast<std::size_t>(more)) = solution_cost(steps_taken(scene), test::find("openmp"), {});
+      Progress silent(false);
+      cost.at(static_cast<std::size_t>(more)) =
+          solution_cost(steps_taken(scene, silent), test::find("openmp"), {});
     }
     const StepCost sweep = step_cost({.kind = MethodStep::Kind::relax}, extent.axes());
     const auto sites = static_cast<double>(extent.sites());

@@ -20,7 +20,7 @@ void expect_narrow(const std::string& output, std::size_t columns) {
   }
 }
 
-/// By the lines below titles, which are as long as all columns.
+/// Measures the lines below titles, which are as long as all columns.
 void expect_narrow_tables(const std::string& output) {
   std::istringstream lines(output);
   for (std::string line; std::getline(lines, line);) {

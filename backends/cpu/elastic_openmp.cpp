@@ -85,12 +85,11 @@ private:
       const RingedGrid& grid = hierarchy.levels[level].grid;
       std::vector<std::vector<float>>& entries = hierarchy.levels[level].response;
       responses_[level].resize(entries.size());
-#pragma omp parallel for if (grid.sites.sites() > sites_worth_threads)
-      for (std::size_t entry = 0; entry < entries.size(); ++entry) {
+      on_all_threads(entries.size(), grid.sites.sites() > sites_worth_threads, [&](std::size_t entry) {
         responses_[level][entry] =
             SharedRows(entries[entry], grid.pitch, grid.plane / grid.pitch, RingedGrid::margin);
         responses_[level][entry].shrink();
-      }
+      });
     }
     mixed_ = axes() == 3 ? MixedCells(hierarchy.levels.front()) : MixedCells();
     bands_.assign(static_cast<std::size_t>(threads_), ElasticBand(rows_, hierarchy, mixed_));

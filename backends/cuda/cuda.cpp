@@ -196,7 +196,7 @@ Device describe(const Api& api, DeviceNumber device) {
                                 attribute(api, major, device), attribute(api, minor, device))};
 }
 
-/// When the default stream comes to here.
+/// Knows when the default stream comes to where it was made.
 class CudaEvent {
 public:
   explicit CudaEvent(const Api& api) : event_(nullptr, api.cuEventDestroy_v2) {

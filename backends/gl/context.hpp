@@ -10,7 +10,7 @@
 
 namespace hdmbench::gl {
 
-/// Of OpenGL.
+/// The version of OpenGL.
 struct Version {
   int major = 0;
   int minor = 0;
@@ -18,7 +18,7 @@ struct Version {
   auto operator<=>(const Version&) const = default;
 };
 
-/// Of the current context.
+/// Returns the version of the current context. Throws nothing.
 [[nodiscard]] Version version_of(const Api& api);
 
 /// An OpenGL context without a window. It is current only while a Current lives: EGL's and OSMesa's libraries

@@ -65,7 +65,7 @@ using Query = Object<&Api::GenQueries, &Api::DeleteQueries>;
 using Renderbuffer = Object<&Api::GenRenderbuffersEXT, &Api::DeleteRenderbuffersEXT>;
 using Texture = Object<&Api::GenTextures, &Api::DeleteTextures>;
 
-/// How long the device works, by its own clock. Only while the context is current.
+/// Counts how long the device works, by its own clock. To be used while the context is current.
 class Timer {
 public:
   explicit Timer(const Api& api) : api_(&api) {}
@@ -77,9 +77,9 @@ public:
     call();
     note();
   }
-  /// As Timed has it.
+  /// Returns what Timed::device_seconds() does.
   [[nodiscard]] std::optional<double> device_seconds();
-  /// What was counted since.
+  /// Drops what was counted since the last call.
   void forget() noexcept { times_.clear(); }
 
 private:

@@ -23,8 +23,6 @@ constexpr double most_in_flight = 2e8;
 /// long with 500, 700 and 1300, and longer with 0.
 constexpr std::int64_t most_coarse_sites_on_gpu = 700;
 
-constexpr std::size_t worth_threads = std::size_t{1} << 16; ///< floats
-
 /// How the sites of a level are shared out: work items of a group, and sites of an item along the last axis
 /// and side by side. A rasterizer on the CPU has one thread a group and pays for each of them; of loops over
 /// many columns a compiler of OpenCL C makes SIMD; a GPU wants many items.
@@ -268,7 +266,7 @@ private:
               std::max(matrices.size() * blocks * sizeof(float) / bytes_of(kind), std::size_t{1}), kind);
     write_parts(device_, *to, 0, matrices.size() * blocks, blocks,
                 [&](std::size_t begin, std::span<float> part) {
-#pragma omp parallel for if (part.size() > worth_threads)
+#pragma omp parallel for if (part.size() > floats_worth_threads)
                   for (std::size_t at = 0; at < part.size(); ++at) {
                     const float* const matrix = matrices[(begin + at) / blocks];
                     const std::size_t pair = at / each % (corners * corners);

@@ -105,11 +105,10 @@ std::vector<std::int32_t> touched_sites(const ElasticHierarchy& hierarchy) {
     const auto begin = static_cast<std::int32_t>(words.size());
     const Extent sites = level.grid.sites;
     std::vector<std::vector<std::int32_t>> rows(static_cast<std::size_t>(sites.rows()));
-#pragma omp parallel for if (sites.sites() > sites_worth_threads)
-    for (int row = 0; row < sites.rows(); ++row) {
-      append_touched(level, row % sites.height, row / sites.height, first_matrix,
-                     rows[static_cast<std::size_t>(row)]);
-    }
+    on_all_threads(rows.size(), sites.sites() > sites_worth_threads, [&](std::size_t number_of_row) {
+      const auto row = static_cast<int>(number_of_row);
+      append_touched(level, row % sites.height, row / sites.height, first_matrix, rows[number_of_row]);
+    });
     for (const std::vector<std::int32_t>& row : rows) {
       words.insert(words.end(), row.begin(), row.end());
     }

@@ -4,14 +4,11 @@ namespace hdmbench {
 
 namespace {
 
-/// Numbers that are worth more than one thread.
-constexpr std::size_t fewest_for_threads = std::size_t{1} << 16;
-
 /// Texels from `first` on, as interleaved() has them.
 void interleave(const std::vector<std::span<const float>>& planes, std::size_t first,
                 std::span<float> texels) {
   const std::size_t each = planes.size();
-#pragma omp parallel for if (texels.size() > fewest_for_threads)
+#pragma omp parallel for if (texels.size() > floats_worth_threads)
   for (std::size_t i = 0; i < texels.size() / each; ++i) {
     for (std::size_t number = 0; number < each; ++number) {
       texels[each * i + number] = planes[number].empty() ? 0.0F : planes[number][first + i];
@@ -29,7 +26,7 @@ SiteLayout::SiteLayout(Extent extent_, bool has_planes_) : extent(extent_), has_
 }
 
 void clear(std::span<float> values) {
-#pragma omp parallel for simd if (values.size() > fewest_for_threads)
+#pragma omp parallel for simd if (values.size() > floats_worth_threads)
   for (std::size_t i = 0; i < values.size(); ++i) {
     values[i] = 0.0F;
   }
@@ -75,7 +72,7 @@ void read_vector(ComputeDevice& device, const Array& from, const SiteLayout& lay
   read_parts(device, from, 0, numbers * layout.extent.sites(), numbers,
              [&](std::size_t begin, std::span<const float> part) {
                const std::size_t first = begin / numbers;
-#pragma omp parallel for if (part.size() > fewest_for_threads)
+#pragma omp parallel for if (part.size() > floats_worth_threads)
                for (std::size_t site = 0; site < part.size() / numbers; ++site) {
                  for (std::size_t axis = 0; axis < planes.size(); ++axis) {
                    planes[axis][first + site] = part[numbers * site + axis];

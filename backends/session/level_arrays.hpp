@@ -36,6 +36,9 @@ struct SiteLayout {
   std::size_t plane = 0;  ///< floats from a plane to the next
 };
 
+/// Below this many floats threads cost more than they bring.
+inline constexpr std::size_t floats_worth_threads = std::size_t{1} << 16;
+
 /// Sets floats to 0, on all threads where they are many.
 void clear(std::span<float> values);
 

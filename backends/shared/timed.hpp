@@ -7,22 +7,22 @@
 
 namespace hdmbench {
 
-/// What may know how long its device itself was at work.
+/// A session or a device, which may know how long the device itself was at work.
 class Timed : public Interface {
 public:
-  /// Seconds, by the device's own clock, from where it began with commands that it was handed together to
-  /// where it had done them, added up over all that was computed since the last call. Transfers do not count.
-  /// Waits. Absent at the first call, from which on is counted, and where the device has no such clock or was
-  /// given nothing to do. Throws DeviceError.
+  /// Returns seconds, by the device's own clock, from where it began with commands that it was handed
+  /// together to where it had done them, added up over all that was computed since the last call. Transfers
+  /// do not count. Waits. Absent at the first call, from which on is counted, and where the device has no
+  /// such clock or was given nothing to do. Throws DeviceError.
   [[nodiscard]] virtual std::optional<double> device_seconds() { return std::nullopt; }
 };
 
-/// What device_seconds() adds up.
+/// The sum that device_seconds() returns.
 class BusySeconds {
 public:
   [[nodiscard]] bool are_counted() const { return are_counted_; }
   void add(double seconds) { sum_ += seconds; }
-  /// What was added since the last call; absent where that is nothing.
+  /// Returns what was added since the last call; absent where that is nothing.
   [[nodiscard]] std::optional<double> take() {
     are_counted_ = true;
     const double sum = std::exchange(sum_, 0.0);

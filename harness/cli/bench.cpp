@@ -232,13 +232,14 @@ int measure_scenes(Call& call) {
   if (!call[against].empty()) {
     return compare_programs(call, bench.registered());
   }
-  fmt::print("{} +- is half of what the samples differ by.{}\n",
-             call[kernels] ? "Time of one of several steps that are waited for together: \"device\" "
-                             "by the device's own clock, \"launch\" the rest."
-                           : "Medians of whole solutions without set-up;",
-             call[option::quick] && !call[kernels]
-                 ? "\nQuick: sizes 300 and 600 only unless others were asked for."
-                 : "");
+  fmt::print(
+      "{} +- is half of what the samples differ by.{}\n",
+      call[kernels]
+          ? "Time of one of several steps that are waited for together: \"device\" by the device's own\n"
+            "clock, \"launch\" the rest."
+          : "Medians of whole solutions without set-up;",
+      call[option::quick] && !call[kernels] ? "\nQuick: sizes 300 and 600 only unless others were asked for."
+                                            : "");
   tell_library(run_context(call.line, call[option::quick]));
   json rows = bench.run(words_for_library(call), stdout == stderr ? std::cerr : std::cout,
                         {.show = call[kernels] ? print_kernels : print_scene,

@@ -29,10 +29,9 @@ std::string name_of(const Judged& row) {
 
 /// A table of rows as to_json() has them.
 std::string judged_table(const json& rows) {
-  return table_text(rows, "method|variant|poisson_used:nu|backend|effort|rmsd_to_fem:px to FEM|"
-                          "rmsd_to_fem_nu0:nu 0|rmsd_to_fixed_point:fixed point|"
-                          "seconds_median:time|mean_energy|iterations|asked:px asked|"
-                          "estimated_error:estimated|status");
+  return table_text(rows, "method|variant|poisson_used:nu|backend|effort|seconds_median:time|"
+                          "rmsd_to_fem:px to FEM|estimated_error:estimated|status|rmsd_to_fem_nu0:nu 0|"
+                          "rmsd_to_fixed_point:fixed point|mean_energy|iterations|asked:px asked");
 }
 
 /// What is not ok: a line for each status and reason.
@@ -184,9 +183,9 @@ int run_tradeoff(Call& call) {
     options.methods.clear();
   }
   fmt::print(
-      "Seconds are medians of up to {} samples of a whole solution, after one that compiles programs and is "
-      "not timed.\nRMSD to finite elements and to the fixed point over all sites, in pixels. Of the points: "
-      "the front, and what was\nasked for.\n",
+      "Times are medians of up to {} samples of a whole solution, after one that compiles programs and is\n"
+      "not timed. RMSD to finite elements and to the fixed point over all sites, in pixels. Shown of the\n"
+      "points are the front, and what was asked for.\n",
       options.repeats);
   std::vector<std::string> by_default{"square", "circular", "circular-radial", "brain"};
   by_default.resize(call[option::quick] ? 1 : by_default.size());

@@ -340,6 +340,38 @@ void print_phases(const json& row) {
                                 "writing_seconds:writing|command_seconds:in all"));
 }
 
+/// Prints all that the row of a run says, and adds to it what the ranks did, where there are several.
+void print_run(const Call& call, const Solved& solved, const json& by_rank, json& row) {
+  print_way(solved, row, call[explain]);
+  if (call.ranks != nullptr) {
+    row.update({{"ranks", call.ranks->size()}, {"by_rank", by_rank}});
+    fmt::print("\n{}", table_text(by_rank, "machine|backend|device|threads|messages|bytes:bytes sent|"
+                                           "peak_memory:bytes at most"));
+  }
+  print_result(solved, row);
+}
+
+/// What a scene was solved by: a plan where an accuracy or a time was asked for, else its own method.
+struct Answer {
+  std::optional<Plan> plan;
+  Solution unplanned;
+
+  [[nodiscard]] const Solution& solution() const { return plan ? plan->solution : unplanned; }
+};
+
+Answer solve(const Call& call, Scene& scene, const Request& request, const Backend& backend,
+             const SessionOptions& session, Progress& progress) {
+  progress.set_total(site_updates(scene));
+  progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
+  if (asks(call)) {
+    return {.plan = solve_as_needed(scene, request, backend, session, progress), .unplanned = {}};
+  }
+  return {.plan = {},
+          .unplanned =
+              Solver(backend, session)
+                  .solve(scene, progress, {.unread = &scene, .last_changed = is_inspected(scene.extent())})};
+}
+
 int run_scene(Call& call) {
   const Clock clock;
   json phases;
@@ -365,18 +397,9 @@ int run_scene(Call& call) {
   require_output(call, scene, files);
   require_held(scene);
 
-  progress.set_total(site_updates(scene));
-  progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
-  std::optional<Plan> plan;
-  Solution unplanned;
   const Clock solving;
-  if (asks(call)) {
-    plan = solve_as_needed(scene, request, backend, session, progress);
-  } else {
-    unplanned = Solver(backend, session)
-                    .solve(scene, progress, {.unread = &scene, .last_changed = is_inspected(scene.extent())});
-  }
-  const Solution& solution = plan ? plan->solution : unplanned;
+  const Answer answer = solve(call, scene, request, backend, session, progress);
+  const Solution& solution = answer.solution();
   phases["solution_seconds"] = solving.seconds();
   phases["setup_seconds"] = solution.timings.projection + solution.timings.upload;
   const json by_rank = ranks == nullptr ? json() : rows_of_ranks(call, registry, *shared, memory, *ranks);
@@ -392,24 +415,18 @@ int run_scene(Call& call) {
   progress.describe(fmt::format("diagnose and write {}", scene.name));
   const Solved solved{scene,
                       request,
-                      plan,
+                      answer.plan,
                       solution,
                       shared ? shared->backends() : std::string(backend.name()),
                       std::string(backend.name()),
                       device.name,
                       std::move(absurd),
-                      find_warnings(scene, solution, plan)};
+                      find_warnings(scene, solution, answer.plan)};
   json row = row_of(solved);
   phases["diagnosis_seconds"] = diagnosing.seconds();
   row["phases"] = std::move(phases);
   progress.clear();
-  print_way(solved, row, call[explain]);
-  if (ranks != nullptr) {
-    row.update({{"ranks", ranks->size()}, {"by_rank", by_rank}});
-    fmt::print("\n{}", table_text(by_rank, "machine|backend|device|threads|messages|bytes:bytes sent|"
-                                           "peak_memory:bytes at most"));
-  }
-  print_result(solved, row);
+  print_run(call, solved, by_rank, row);
   if (written) {
     written->finish(call[option::json], row);
   } else {
@@ -418,7 +435,7 @@ int run_scene(Call& call) {
   row["phases"]["command_seconds"] = clock.seconds();
   print_phases(row);
   call.write(json::array({without_nulls(row)}));
-  return solved.absurd.empty() && (!plan || plan->met) ? success : disagreement;
+  return solved.absurd.empty() && (!answer.plan || answer.plan->met) ? success : disagreement;
 }
 
 } // namespace

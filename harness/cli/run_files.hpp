@@ -10,7 +10,7 @@
 #include <utility>
 #include <vector>
 
-/// What `run` writes into its output folder.
+/// This header has what `run` writes into its output folder.
 namespace hdmbench::commands {
 
 /// Returns the names of the field, with this extension, and then, of a scene that is inspected, of the

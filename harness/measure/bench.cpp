@@ -247,7 +247,7 @@ void Bench::open(Case& one, Scene& scene) {
   one.row.update({{"device", device.name}, {"driver", device.driver}});
   if (one.is_dense()) {
     if (scene.energy->is_of_cells() && place.steps.empty()) {
-      place.steps = steps_taken(scene);
+      place.steps = steps_taken(scene, progress_);
     }
     one.cost = scene.energy->is_of_cells() ? std::optional(solution_cost(place.steps, *one.backend, device))
                                            : solution_cost(place.levels, *one.backend, device, scene.full);

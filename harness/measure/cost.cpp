@@ -6,6 +6,7 @@
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/elastic.hpp"
+#include "harness/solve/progress.hpp"
 #include "kernels/data/volume_costs.hpp"
 
 #include <algorithm>
@@ -129,11 +130,11 @@ private:
 
 } // namespace
 
-std::vector<StepsTaken> steps_taken(const Scene& scene) {
+std::vector<StepsTaken> steps_taken(const Scene& scene, Progress& progress) {
   const auto registry = make_backends();
   CountingSession session(find_backend(registry, "openmp").open_elastic({}), scene.extent().axes());
-  Progress silent(false);
-  (void)solve_elastic(scene, session, silent, {});
+  progress.describe("count the steps of " + scene.name);
+  (void)solve_elastic(scene, session, progress, {});
   return session.steps();
 }
 

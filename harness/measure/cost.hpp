@@ -45,6 +45,8 @@ struct UpdateCost {
                                                         const Backend& backend, const Device& device,
                                                         const Level& full);
 
+class Progress;
+
 /// A step of the elastic energy, at all sites of its level, so many times.
 struct StepsTaken {
   int times = 0;
@@ -53,7 +55,7 @@ struct StepsTaken {
 };
 /// Returns the steps that a solution takes, the same on every backend: the scene is solved on the CPU to
 /// count them. Those without a declared cost (backends/shared/elastic_costs.hpp) count as nothing.
-[[nodiscard]] std::vector<StepsTaken> steps_taken(const Scene& scene);
+[[nodiscard]] std::vector<StepsTaken> steps_taken(const Scene& scene, Progress& progress);
 /// A step's arrays come from memory where no cache holds them.
 [[nodiscard]] SolutionCost solution_cost(const std::vector<StepsTaken>& steps, const Backend& backend,
                                          const Device& device);

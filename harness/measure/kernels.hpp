@@ -36,7 +36,7 @@ public:
   void prepare(std::size_t kernel);
   /// Runs it so many times, one after the other, and waits for the last one. Throws DeviceError.
   void run(std::size_t kernel, int times);
-  /// As Timed has it, of the session that run() used last.
+  /// Returns Timed::device_seconds() of the session that run() used last.
   [[nodiscard]] std::optional<double> device_seconds();
   /// Gives back what prepare() has taken.
   void close();

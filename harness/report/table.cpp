@@ -8,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <set>
 #include <span>
 #include <sstream>
 #include <utility>
@@ -21,7 +22,7 @@ namespace {
 
 constexpr std::size_t widest = 100; ///< characters of a line
 
-/// Without an exponent where the number is large.
+/// Returns a number without an exponent where it is large.
 std::string three_digits(double value) {
   constexpr double exact = 1e15; // whole numbers up to here
   return std::abs(value) >= 999.5 && std::abs(value) < exact
@@ -212,9 +213,12 @@ std::string table_text(const json& rows, std::string_view columns) {
   if (const std::size_t width = width_of(all); width > widest && !wordy.is_number) {
     constexpr std::size_t least = 30; // characters that are still read easily
     const bool fits = width - wordy.width + least <= widest;
-    wordy.wrap(fits ? wordy.width - (width - widest) : 2 * least);
+    wordy.wrap(fits ? wordy.width - (width - widest) : least);
   }
-  // What does not fit follows below, beside the first column again.
+  // What does not fit follows below, beside the first column again, if that tells the rows apart.
+  std::set<std::vector<std::string>> names(all[0].cells.begin() + 2, all[0].cells.end());
+  const bool may_go_on = names.size() == rows.size();
+  std::vector<std::string> left_out;
   for (std::size_t next = 1; next <= all.size();) {
     std::vector<const Column*> some{&all[0]};
     std::size_t width = all[0].width + 2;
@@ -222,8 +226,16 @@ std::string table_text(const json& rows, std::string_view columns) {
       some.push_back(&all[next]);
       width += all[next].width + 2;
     }
-    text += lines_of(some) + (next < all.size() ? "\n" : "");
+    text += lines_of(some);
+    for (; !may_go_on && next < all.size(); ++next) {
+      left_out.push_back(all[next].cells[0][0]);
+    }
+    text += next < all.size() ? "\n" : "";
     next += next == all.size() ? 1 : 0;
+  }
+  if (!left_out.empty()) {
+    const std::string names_of_all = fmt::format("Only in the JSON file: {}", fmt::join(left_out, ", "));
+    text += fmt::format("  {}\n", fmt::join(wrapped(names_of_all, widest - 2), "\n  "));
   }
   return text;
 }

@@ -32,7 +32,8 @@ namespace hdmbench {
 /// unit. `columns` are keys of the rows, "scene|plan.met:met", with a title behind a colon where the key in
 /// words is none. A column without a value in any row is left out. No line has more than 100 characters, but
 /// for a word that is longer: columns that are the same in all rows are said once above, words are wrapped,
-/// and columns that still do not fit follow below beside the first one again.
+/// and columns that still do not fit follow below beside the first one again, or are named as left out where
+/// that one does not tell the rows apart.
 [[nodiscard]] std::string table_text(const nlohmann::json& rows, std::string_view columns);
 
 } // namespace hdmbench

@@ -260,9 +260,8 @@ void find_in_verify(Findings& findings, const Results& results, std::string_view
         count_where(rows_where(timed, [&](const json& row) { return is_its_own(&row); }), is_checked) > 0;
     if (!is_named && backend != "scalar") {
       const std::string reason = text_of(*device, "reason");
-      const bool is_there = flag_of(*device, "available").value_or(true);
-      findings.push_back({is_there ? unsure : good, fmt::format("{} was not compared{}.", backend,
-                                                                reason.empty() ? "" : ": " + reason)});
+      findings.push_back(
+          {unsure, fmt::format("{} was not compared{}.", backend, reason.empty() ? "" : ": " + reason)});
     }
   }
 }

@@ -143,7 +143,7 @@ void require_memory(Extent extent, const RegisteredEnergy& energy = usual_energy
 /// The shipped volumes.
 inline constexpr std::array<std::string_view, 3> shipped_volumes{"cube", "ball", "head"};
 
-/// What a shipped scene says of itself.
+/// A line of the list of scenes: what a shipped scene says of itself.
 struct SceneSummary {
   std::string name;
   std::string title;

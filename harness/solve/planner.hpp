@@ -55,7 +55,7 @@ void conclude(Plan& plan, const Scene& scene, const Request& request, double sec
 /// energy, and as ElasticSolver does. In the end the scene is as it was.
 [[nodiscard]] Plan solve_as_needed(Scene& scene, const Request& request, const Backend& backend,
                                    const SessionOptions& options, Progress& progress);
-/// The same on sessions that are open already.
+/// Does the same on sessions that are open already.
 [[nodiscard]] Plan solve_as_needed(Scene& scene, const Request& request, Solver& solver, Progress& progress);
 
 } // namespace hdmbench

@@ -29,10 +29,7 @@ FieldAside::FieldAside(std::vector<float>& values, Extent extent)
 }
 
 SetAside::~SetAside() {
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::unique_ptr<FieldAside>& field : fields_) {
-    field.reset();
-  }
+  on_all_threads(fields_.size(), true, [&](std::size_t i) { fields_[i].reset(); });
 }
 
 SetAside::SetAside(Scene& scene) {
@@ -47,10 +44,9 @@ SetAside::SetAside(Scene& scene) {
     }
   }
   fields_.resize(arrays.size());
-#pragma omp parallel for schedule(dynamic, 1)
-  for (std::size_t i = 0; i < arrays.size(); ++i) {
+  on_all_threads(arrays.size(), true, [&](std::size_t i) {
     fields_[i] = std::make_unique<FieldAside>(*arrays[i], scene.extent());
-  }
+  });
 #ifdef __GLIBC__
   malloc_trim(0); // what set-up left between arrays that are still there
 #endif

@@ -1,15 +1,28 @@
 #include "kernels/data/field.hpp"
 
+#include <exception>
+
 namespace hdmbench {
 
+void on_all_threads(std::size_t count, [[maybe_unused]] bool is_worth_it, // by compilers without OpenMP
+                    const std::function<void(std::size_t)>& call) {
+  std::exception_ptr thrown;
+#pragma omp parallel for schedule(guided) if (is_worth_it)
+  for (std::size_t i = 0; i < count; ++i) {
+    try {
+      call(i);
+    } catch (...) {
+#pragma omp critical(hdmbench_thrown)
+      thrown = thrown ? thrown : std::current_exception();
+    }
+  }
+  if (thrown) {
+    std::rethrow_exception(thrown);
+  }
+}
+
 void make_zeros(std::span<std::vector<float>* const> arrays, std::size_t size) {
-  for (std::vector<float>* const values : arrays) {
-    values->reserve(size); // where memory is short, outside of the threads
-  }
-#pragma omp parallel for if (size > sites_worth_threads)
-  for (std::vector<float>* const values : arrays) {
-    values->resize(size);
-  }
+  on_all_threads(arrays.size(), size > sites_worth_threads, [&](std::size_t i) { arrays[i]->resize(size); });
 }
 
 } // namespace hdmbench

@@ -5,6 +5,7 @@
 #include <compare>
 #include <concepts>
 #include <cstddef>
+#include <functional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -69,6 +70,10 @@ void for_each_site(Extent extent, const Call& call) {
 
 /// Below this many sites threads cost more than they bring.
 inline constexpr std::size_t sites_worth_threads = std::size_t{1} << 15;
+
+/// Makes call(0) ... call(count - 1), on all threads where `is_worth_it`. Throws the first exception that one
+/// of them threw; from a thread of OpenMP itself none may come out.
+void on_all_threads(std::size_t count, bool is_worth_it, const std::function<void(std::size_t)>& call);
 
 /// Makes `size` zeros of each of these arrays, which are empty: on a thread each where they are long, as the
 /// system clears the memory only when it is touched first.

@@ -93,7 +93,8 @@ typedef struct {
   }
 #define WAIT_FOR_ALL barrier(CLK_GLOBAL_MEM_FENCE)
 
-#if LANES > 1 // without an index or an address that is known at run time only: a GPU would put all of it into memory
+// A GPU would put all that a kernel is told into memory, if an index or an address were known at run time only.
+#if LANES > 1
 HDM_FUNCTION __global float* slot_of(const Arrays* a, int number) {
   __global float* from = a->from;
   __global float* second = a->second;
