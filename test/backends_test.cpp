@@ -11,7 +11,10 @@
 #include "test/files.hpp"
 #include "test/sessions.hpp"
 
+#include <link.h>
+
 #include <atomic>
+#include <set>
 
 namespace hdmbench {
 namespace {
@@ -247,6 +250,25 @@ TEST_P(BackendTest, SessionsDoNotDisturbEachOther) {
   EXPECT_EQ(expected.differences(*session), "");
   other->step(3);
   EXPECT_EQ(compare(test::swept(decoy, 3), test::read(*other)).sites, 0);
+}
+
+/// A driver that is loaded again and again uses up what libraries get once in a process: NVIDIA's for Vulkan
+/// could be loaded some 40 times.
+TEST_P(BackendTest, DriversStayLoaded) {
+  const auto loaded = [] {
+    std::set<std::string> names;
+    dl_iterate_phdr(
+        [](dl_phdr_info* library, std::size_t /*size*/, void* into) {
+          static_cast<std::set<std::string>*>(into)->insert(library->dlpi_name);
+          return 0;
+        },
+        &names);
+    return names;
+  };
+  auto session = backend().open({});
+  const auto before = loaded();
+  session.reset();
+  EXPECT_THAT(loaded(), testing::IsSupersetOf(before));
 }
 
 TEST_P(BackendTest, CallsOutOfOrderAreRefused) {

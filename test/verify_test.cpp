@@ -116,6 +116,36 @@ TEST(Verify, ABackendThatBreaksOffIsSkippedAndTheOthersGoOn) {
   }
 }
 
+/// Nor is it taken for one that was never there.
+TEST(Verify, ABackendThatIsGoneHasBrokenOff) {
+  struct Going final : Backend {
+    std::string_view name() const override { return "going"; }
+    std::string_view description() const override { return "is there so many times"; }
+    std::vector<Device> devices() const override {
+      if (times-- <= 0) {
+        throw DeviceError("no driver");
+      }
+      return test::scalar().devices();
+    }
+    std::unique_ptr<Session> do_open(std::size_t /*index*/, const SessionOptions& options) const override {
+      return test::scalar().open(options);
+    }
+    mutable int times = 1000;
+  } const going;
+  const auto earlier = test::verified(square_from_null(), going);
+  going.times = 0;
+  for (const bool was_there : {true, false}) {
+    auto gone = test::verified(square_from_null(), going);
+    find_lost(gone, was_there ? std::span(earlier) : std::span<const Comparison>());
+    for (const Comparison& one : gone) {
+      EXPECT_EQ(one.verdict, Verdict::skipped);
+      EXPECT_EQ(one.failed, was_there) << name_of(one.mode);
+      EXPECT_EQ(one.reason,
+                was_there ? "it was opened before and cannot be opened any more: no driver" : "no driver");
+    }
+  }
+}
+
 TEST(Verify, TheFirstDifferenceIsWhereItWasPlanted) {
   const FaultyBackend faulty(test::scalar(), {.name = "one_site", .in_read = [](VectorField& field) {
                                                 if (field.extent.width == 24) {

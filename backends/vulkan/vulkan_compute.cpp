@@ -78,7 +78,7 @@ const VulkanArray& of(const Array& array) {
 /// Commands are recorded as they come and submitted by finish(), all at once.
 class VulkanDevice final : public ComputeDevice {
 public:
-  VulkanDevice(Installation installation, const FoundDevice& chosen)
+  VulkanDevice(std::shared_ptr<const Installation> installation, const FoundDevice& chosen)
       : installation_(std::move(installation)), description_(describe(chosen.physical)),
         memory_(chosen.physical.getMemoryProperties()), device_(make_device(chosen)),
         queue_(device_, chosen.queue_family, 0),
@@ -332,7 +332,7 @@ private:
     return found->second;
   }
 
-  Installation installation_;
+  std::shared_ptr<const Installation> installation_;
   Device description_;
   vk::PhysicalDeviceMemoryProperties memory_;
   DeviceLimits limits_;
@@ -371,10 +371,9 @@ VulkanArray::~VulkanArray() {
 class VulkanApi final : public ComputeApi {
 public:
   [[nodiscard]] std::vector<Device> devices() const override {
-    return translate_errors([] {
+    return translate_errors([&] {
       std::vector<Device> all;
-      const Installation installation;
-      for (const FoundDevice& device : installation.compute_devices()) {
+      for (const FoundDevice& device : installation()->compute_devices()) {
         all.push_back(describe(device.physical));
       }
       return all;
@@ -383,14 +382,24 @@ public:
 
   [[nodiscard]] std::unique_ptr<ComputeDevice> open(std::size_t index) const override {
     return translate_errors([&] {
-      Installation installation;
-      const std::vector<FoundDevice> devices = installation.compute_devices();
+      const std::vector<FoundDevice> devices = installation()->compute_devices();
       if (index >= devices.size()) {
         throw DeviceError(fmt::format("Vulkan device {} has gone, {} are left", index, devices.size()));
       }
-      return std::make_unique<VulkanDevice>(std::move(installation), devices[index]);
+      return std::make_unique<VulkanDevice>(installation(), devices[index]);
     });
   }
+
+private:
+  /// One for all devices, and it stays: NVIDIA's driver cannot be loaded any more after some 40 times.
+  [[nodiscard]] const std::shared_ptr<const Installation>& installation() const {
+    if (!installation_) {
+      installation_ = std::make_shared<const Installation>();
+    }
+    return installation_;
+  }
+
+  mutable std::shared_ptr<const Installation> installation_;
 };
 
 } // namespace

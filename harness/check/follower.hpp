@@ -24,6 +24,7 @@ Comparison begun(const Scene& scene, const Backend& backend, const SessionOption
     }
   } catch (const DeviceError& error) {
     comparison.reason = error.what();
+    comparison.was_not_opened = true;
   }
   return comparison;
 }

@@ -219,6 +219,7 @@ private:
     if (followers.front().session == nullptr) {
       comparison.reason = followed.reason;
       comparison.failed = followed.failed;
+      comparison.was_not_opened = followed.was_not_opened;
       return comparison;
     }
     try {
@@ -355,6 +356,18 @@ nlohmann::json verify_row(const Scene& scene, const Comparison& comparison) {
     }
   }
   return row;
+}
+
+void find_lost(std::span<Comparison> now, std::span<const Comparison> before) {
+  for (Comparison& one : now) {
+    const bool was_there = std::ranges::any_of(before, [&](const Comparison& earlier) {
+      return earlier.backend == one.backend && !earlier.was_not_opened;
+    });
+    if (one.was_not_opened && was_there) {
+      one.failed = true;
+      one.reason = "it was opened before and cannot be opened any more: " + one.reason;
+    }
+  }
 }
 
 } // namespace hdmbench

@@ -103,7 +103,8 @@ struct Comparison {
   Verdict verdict = Verdict::skipped;
   Tier tier = Tier::none;
   std::string reason{}; ///< for mistrusted and skipped
-  bool failed = false;  ///< skipped because the device broke off what it had begun
+  bool failed = false;  ///< skipped because the device broke off what it had begun, or is there no longer
+  bool was_not_opened = false; ///< skipped because the device is not there or could not be opened
 };
 
 struct VerifyOptions {
@@ -144,5 +145,8 @@ void excuse_nothing(Comparison& comparison);
 [[nodiscard]] std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
                                              std::span<const Backend* const> backends,
                                              const VerifyOptions& options, Progress& progress);
+
+/// Marks what is skipped in `now` as broken off where its backend could be opened for one of `before`.
+void find_lost(std::span<Comparison> now, std::span<const Comparison> before);
 
 } // namespace hdmbench

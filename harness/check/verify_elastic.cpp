@@ -163,6 +163,7 @@ std::vector<Comparison> verify_elastic(const Scene& scene_, const Backend& refer
                      .sweeps = run.steps(),
                      .reason = led.reason};
     alone.failed = led.failed;
+    alone.was_not_opened = led.was_not_opened;
     if (followers[i].session != nullptr) {
       progress.describe(
           fmt::format("verify {}, {}: in one piece on {}", scene.name, scene.schedule.method, led.backend));

@@ -225,6 +225,7 @@ int verify_scenes(const Call& call, const std::vector<const Backend*>& backends,
     std::vector<Comparison> comparisons =
         verify(scene, *backends.front(), std::span(backends).subspan(1), options, progress);
     progress.clear();
+    find_lost(comparisons, all);
     for (Comparison& comparison : comparisons) {
       const auto* const shared = dynamic_cast<const RankBackend*>(
           *std::ranges::find(backends, comparison.backend, &Backend::name)); // null: in one process
