@@ -170,11 +170,10 @@ void print_kernels(const json& rows) {
   fmt::print("\n{}, {}{}", some["energy"].get<std::string>(), extent.text(),
              row_text(", {backend}: {device}\n", some));
   fmt::print("{}",
-             table_text(timed,
-                        "kernel|level|seconds_median:time|spread_percent:+- %|device_seconds:device|"
-                        "launch_seconds:launch|"
-                        "msites_per_second:Msites/s|gigabytes_per_second:GB/s|"
-                        "gigaoperations_per_second:Gop/s|percent_of_ceiling:% ceiling|binding:bound by"));
+             table_text(timed, "kernel|level|seconds_median:time|spread_percent:+- %|device_seconds:device|"
+                               "launch_seconds:launch|percent_of_ceiling:% ceiling|binding:bound by|"
+                               "msites_per_second:Msites/s|gigabytes_per_second:GB/s|"
+                               "gigaoperations_per_second:Gop/s"));
   if (some["reason"] != "") {
     fmt::print("{}", row_text("  {kernel} on {backend}: {reason}\n", some));
   }
