@@ -3,6 +3,7 @@
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 
+#include <Eigen/Eigenvalues>
 #include <fmt/format.h>
 
 #include <algorithm>
@@ -52,6 +53,17 @@ Eigen::MatrixXd strain_matrix(std::size_t axes, const Point& point) {
   return strain;
 }
 
+/// Of an element with these nodes, the modulus that resists its mean divergence (ElementRule).
+double resisting_mean(const ElasticProblem& problem, const std::vector<std::size_t>& nodes) {
+  double softest = problem.modulus[nodes[0]];
+  double sum = 0.0;
+  for (const std::size_t site : nodes) {
+    softest = std::min(softest, problem.modulus[site]);
+    sum += problem.modulus[site];
+  }
+  return std::min(sum / static_cast<double>(nodes.size()), 2.0 * softest);
+}
+
 /// The elements between sites, each with the matrix between the components of its nodes.
 class Elements {
 public:
@@ -60,6 +72,10 @@ public:
         size_(as_index(problem.extent.axes() * nodes_)), of_one_(ElementMatrix::Zero(size_, size_)),
         per_node_(nodes_, of_one_) {
     const std::size_t axes = problem.extent.axes();
+    for (std::size_t node = 0; node < nodes_; ++node) {
+      const auto bit = [node](std::size_t axis) { return static_cast<int>(node >> axis & 1); };
+      offsets_.push_back(problem.extent.index(bit(0), bit(1), bit(2)));
+    }
     const ElementVector divergence = strain_matrix(axes, {}).topRows(as_index(axes)).colwise().sum();
     for (const QuadraturePoint& point : rule.points) {
       const Eigen::MatrixXd strain = strain_matrix(axes, point.at);
@@ -87,21 +103,14 @@ public:
     double modulus = 0.0; // that `stiffness` is of; 0: of several
     const auto matrix = [&]() -> const ElementMatrix& {
       const double first = problem_.modulus[nodes[0]];
-      double softest = first;
-      double stiffest = first;
-      double sum = 0.0;
-      for (const std::size_t site : nodes) {
-        const double own = problem_.modulus[site];
-        softest = std::min(softest, own);
-        stiffest = std::max(stiffest, own);
-        sum += own;
-      }
-      if (softest != stiffest) {
+      const bool is_one =
+          std::ranges::all_of(nodes, [&](std::size_t site) { return problem_.modulus[site] == first; });
+      if (!is_one) {
         stiffness.setZero();
         for (std::size_t node = 0; node < nodes_; ++node) {
           stiffness += problem_.modulus[nodes[node]] * per_node_[node];
         }
-        stiffness += std::min(sum / static_cast<double>(nodes_), 2.0 * softest) * of_mean_;
+        stiffness += resisting_mean(problem_, nodes) * of_mean_;
         modulus = 0.0;
       } else if (first != modulus) {
         stiffness = first * of_one_;
@@ -111,9 +120,9 @@ public:
     };
     for (int y = 0; y + 1 < extent.height; ++y) {
       for (int x = 0; x + 1 < extent.width; ++x) {
+        const std::size_t first = extent.index(x, y, layer);
         for (std::size_t node = 0; node < nodes_; ++node) {
-          const auto bit = [node](std::size_t axis) { return static_cast<int>(node >> axis & 1); };
-          nodes[node] = extent.index(x + bit(0), y + bit(1), layer + bit(2));
+          nodes[node] = first + offsets_[node];
         }
         call(nodes, matrix);
       }
@@ -123,6 +132,7 @@ public:
 private:
   const ElasticProblem& problem_;
   std::size_t nodes_;
+  std::vector<std::size_t> offsets_; ///< of the sites of an element's nodes from its first
   Eigen::Index size_;
   ElementMatrix of_one_;                ///< with modulus 1
   ElementMatrix of_mean_;               ///< what resists the mean divergence
@@ -374,6 +384,75 @@ ReferenceField solve_finite_elements(const ElasticProblem& problem, const Elemen
   return displacement_of(problem, system, *solution);
 }
 
+namespace {
+
+/// Adds up twice the energy of elements: stress times strain at the points of the rule. Many elements at
+/// once, as a product of matrices.
+class StrainEnergy {
+public:
+  StrainEnergy(const ElasticProblem& problem, const ElementRule& rule)
+      : problem_(problem), rule_(rule), rows_(rule.elasticity.rows()) {
+    const std::size_t axes = problem.extent.axes();
+    const auto nodes = Eigen::Index{1} << axes;
+    const auto points = std::ssize(rule.points);
+    root_.resize(points * rows_, as_index(axes) * nodes);
+    const Eigen::MatrixXd root_of_elasticity =
+        Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(rule.elasticity).operatorSqrt();
+    for (Eigen::Index row = 0; const QuadraturePoint& point : rule.points) {
+      const double share = point.weight / static_cast<double>(nodes);
+      root_.middleRows(row, rows_) = std::sqrt(share) * root_of_elasticity * strain_matrix(axes, point.at);
+      row += rows_;
+    }
+    mean_divergence_ = strain_matrix(axes, {}).topRows(as_index(axes)).colwise().sum();
+    constexpr Eigen::Index at_once = 64;
+    values_.resize(root_.cols(), at_once);
+    moduli_.resize(points, at_once);
+    mean_moduli_.resize(at_once);
+  }
+
+  /// `values`: components of the nodes in turn. What is held at 0 has no energy.
+  void add(const ElementVector& values, const std::vector<std::size_t>& nodes) {
+    if ((values.array() == 0.0).all()) {
+      return;
+    }
+    values_.col(count_) = values;
+    for (Eigen::Index i = 0; const QuadraturePoint& point : rule_.points) {
+      moduli_(i++, count_) = problem_.modulus[nodes[point.node]];
+    }
+    mean_moduli_[count_++] = resisting_mean(problem_, nodes);
+    if (count_ == values_.cols()) {
+      (void)sum();
+    }
+  }
+
+  [[nodiscard]] double sum() {
+    const auto values = values_.leftCols(count_);
+    const Eigen::MatrixXd squares = (root_ * values).cwiseAbs2();
+    sum_ += squares.reshaped(rows_, moduli_.rows() * count_)
+                .colwise()
+                .sum()
+                .dot(moduli_.leftCols(count_).reshaped());
+    sum_ += rule_.lame_at_centre *
+            (mean_divergence_ * values).cwiseAbs2().dot(mean_moduli_.head(count_).transpose());
+    count_ = 0;
+    return sum_;
+  }
+
+private:
+  const ElasticProblem& problem_;
+  const ElementRule& rule_;
+  Eigen::Index rows_;    ///< components of a strain
+  Eigen::MatrixXd root_; ///< what has the energy as its square at all points, from the values of the nodes
+  Eigen::RowVectorXd mean_divergence_;
+  Eigen::MatrixXd values_;      ///< a column an element that waits
+  Eigen::MatrixXd moduli_;      ///< at the points
+  Eigen::VectorXd mean_moduli_; ///< that resist the mean divergence
+  Eigen::Index count_ = 0;      ///< elements that wait
+  double sum_ = 0.0;
+};
+
+} // namespace
+
 template <typename Number>
 double elastic_energy(const ElasticProblem& problem, const ElementRule& rule,
                       const Planes<Number>& displacement) {
@@ -381,20 +460,18 @@ double elastic_energy(const ElasticProblem& problem, const ElementRule& rule,
   std::vector<double> of_layers(static_cast<std::size_t>(elements.layers()));
 #pragma omp parallel for if (problem.extent.sites() > sites_worth_threads)
   for (int layer = 0; layer < elements.layers(); ++layer) {
-    double sum = 0.0;
-    elements.for_each_of(layer, [&](const std::vector<std::size_t>& nodes, const auto& matrix) {
-      const std::size_t axes = problem.extent.axes();
+    StrainEnergy energy(problem, rule);
+    const std::size_t axes = problem.extent.axes();
+    elements.for_each_of(layer, [&](const std::vector<std::size_t>& nodes, const auto& /*matrix*/) {
       ElementVector values(as_index(axes * nodes.size()));
       for (Eigen::Index i = 0; const std::size_t site : nodes) {
         for (std::size_t axis = 0; axis < axes; ++axis) {
           values[i++] = displacement[axis][site];
         }
       }
-      if ((values.array() != 0.0).any()) { // what is held at 0 has no energy
-        sum += values.dot(matrix() * values);
-      }
+      energy.add(values, nodes);
     });
-    of_layers[static_cast<std::size_t>(layer)] = sum;
+    of_layers[static_cast<std::size_t>(layer)] = energy.sum();
   }
   double sum = std::accumulate(of_layers.begin(), of_layers.end(), 0.0);
   if (!problem.spring[0].empty()) {
