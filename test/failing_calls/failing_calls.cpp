@@ -24,6 +24,7 @@
 #include <cstring>
 #include <map>
 #include <numeric>
+#include <optional>
 #include <set>
 #include <stdexcept>
 
@@ -87,15 +88,25 @@ Result compute(Session& session) {
   return result;
 }
 
+/// A backend of its own, which may keep its driver as long as it lives, and a session on it.
+struct Opened {
+  explicit Opened(std::string_view name)
+      : registry(make_backends()), backend(&find_backend(registry, name)) {}
+
+  std::vector<std::unique_ptr<Backend>> registry;
+  const Backend* backend;
+  std::unique_ptr<Session> session{}; ///< null: not open
+};
+
 /// Computes in the session, which is opened where there is none. Says what is wrong, in words; empty: the
 /// bits are right. Throws DeviceError.
-std::string compute_again(const Backend& backend, std::unique_ptr<Session>& session) {
+std::string compute_again(Opened& opened) {
   static const Result expected = compute(*make_scalar()->open({}));
   try {
-    if (session == nullptr) {
-      session = backend.open({.device = {}, .work = Work::active});
+    if (opened.session == nullptr) {
+      opened.session = opened.backend->open({.device = {}, .work = Work::active});
     }
-    return compute(*session) == expected ? "" : "no error, and wrong bits";
+    return compute(*opened.session) == expected ? "" : "no error, and wrong bits";
   } catch (const DeviceError&) {
     throw;
   } catch (const std::exception& error) {
@@ -104,11 +115,11 @@ std::string compute_again(const Backend& backend, std::unique_ptr<Session>& sess
 }
 
 /// What is wrong with a session without a fault and with what it leaves; empty: nothing.
-std::string wrong_with_next(const Backend& backend) {
-  std::unique_ptr<Session> session;
+std::string wrong_with_next(std::string_view backend) {
+  std::optional<Opened> opened(backend);
   try {
-    const std::string wrong = compute_again(backend, session);
-    session.reset();
+    const std::string wrong = compute_again(*opened);
+    opened.reset();
     return wrong.empty() ? fmt::format("{}", fmt::join(faults().take_complaints(), "; "))
                          : fmt::format("the next session: {}", wrong);
   } catch (const DeviceError& error) {
@@ -137,21 +148,21 @@ bool explains(const std::string& message, const Kind& kind, const Call& call) {
 
 /// Adds to `row` one run, in which the `at`-th call fails; then the session goes on if it can, or the next
 /// one has to.
-void fail_once(nlohmann::json& row, const Backend& backend, const Kind& kind, std::size_t at,
+void fail_once(nlohmann::json& row, std::string_view backend, const Kind& kind, std::size_t at,
                const std::set<std::string, std::less<>>& needed, test::CapturedStream& printed) {
   faults().arm(kind, at);
-  std::unique_ptr<Session> session;
+  std::optional<Opened> opened(backend);
   std::string wrong;
   std::string told;
   try {
-    wrong = compute_again(backend, session);
+    wrong = compute_again(*opened);
   } catch (const DeviceError& error) {
     told = error.what();
   }
   const bool over = !faults().struck; // what is left is to clean up
   const bool is_right = wrong.empty() && told.empty();
   if (told.empty()) {
-    session.reset();
+    opened.reset();
   }
   if (!faults().struck) {
     throw std::logic_error(fmt::format("{} of {}: there is no such call", at, kind.name));
@@ -163,14 +174,14 @@ void fail_once(nlohmann::json& row, const Backend& backend, const Kind& kind, st
     wrong = told;
   }
   bool went_on = false;
-  if (session != nullptr && wrong.empty()) {
+  if (opened && opened->session != nullptr && wrong.empty()) {
     try {
-      wrong = compute_again(backend, session);
+      wrong = compute_again(*opened);
       went_on = wrong.empty();
     } catch (const DeviceError&) { // it may say so again
     }
   }
-  session.reset();
+  opened.reset();
   const std::string complaints = fmt::format("{}", fmt::join(faults().take_complaints(), "; "));
   wrong = wrong.empty() ? complaints : wrong;
   faults().disarm();
@@ -205,7 +216,7 @@ std::vector<std::size_t> outermost_calls(const std::vector<std::string>& names) 
 /// (clean), or the right bits all the same, as the work can be done without the call (succeeded); in how many
 /// of the clean ones the same session computed the right bits afterwards (went_on); all others in words.
 /// `quick`: of the kinds that let one call of this API fail, each takes its share of the outermost calls.
-nlohmann::json row_of(const Backend& backend, const Kind& kind, bool quick) {
+nlohmann::json row_of(std::string_view backend, const Kind& kind, bool quick) {
   test::CapturedStream printed(stdout); // by drivers and the validation layers of Vulkan
   faults().arm(kind, 0);
   if (const std::string wrong = wrong_with_next(backend); !wrong.empty()) {
@@ -214,15 +225,9 @@ nlohmann::json row_of(const Backend& backend, const Kind& kind, bool quick) {
   const auto needed = faults().called;
   std::vector<std::size_t> numbers(faults().names.size()); // none: the backend does not go through this API
   std::iota(numbers.begin(), numbers.end(), 1);
-  nlohmann::json row{{"backend", backend.name()},
-                     {"api", kind.api},
-                     {"kind", kind.name},
-                     {"calls", numbers.size()},
-                     {"failed", 0},
-                     {"clean", 0},
-                     {"succeeded", 0},
-                     {"went_on", 0},
-                     {"unclean", nlohmann::json::array()}};
+  nlohmann::json row{{"backend", backend},      {"api", kind.api}, {"kind", kind.name},
+                     {"calls", numbers.size()}, {"failed", 0},     {"clean", 0},
+                     {"succeeded", 0},          {"went_on", 0},    {"unclean", nlohmann::json::array()}};
   if (quick && kind.name != missing) {
     const auto shares = [&](const Kind& other) { return other.api == kind.api && other.name != missing; };
     const auto turns = static_cast<std::size_t>(std::ranges::count_if(kinds(), shares));
@@ -234,8 +239,8 @@ nlohmann::json row_of(const Backend& backend, const Kind& kind, bool quick) {
     }
   }
   for (const std::size_t at : numbers) {
-    fmt::format_to_n(running.data(), running.size() - 1, "{}, {} {}, call {}{}", backend.name(), kind.api,
-                     kind.name, at, '\0');
+    fmt::format_to_n(running.data(), running.size() - 1, "{}, {} {}, call {}{}", backend, kind.api, kind.name,
+                     at, '\0');
     alarm(seconds_until_hung);
     fail_once(row, backend, kind, at, needed, printed);
   }
@@ -270,7 +275,7 @@ int run(int argc, char** argv) {
     }
     alarm(seconds_until_hung);
     try {
-      (void)backend->devices();
+      (void)Opened(backend->name()).backend->devices();
     } catch (const DeviceError& error) {
       fmt::print("{} is not there: {}\n", backend->name(), error.what());
       continue;
@@ -279,7 +284,7 @@ int run(int argc, char** argv) {
     const std::size_t before = rows.size();
     for (const Kind& kind : kinds()) {
       progress.describe(fmt::format("{}: {}", backend->name(), kind.name));
-      if (nlohmann::json row = row_of(*backend, kind, quick); row["calls"] > 0) {
+      if (nlohmann::json row = row_of(backend->name(), kind, quick); row["calls"] > 0) {
         rows.push_back(std::move(row));
       }
     }
