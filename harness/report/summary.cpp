@@ -85,7 +85,7 @@ std::optional<Figure> fastest_figure(const Results& results, std::string_view ma
 }
 
 /// The fastest that comes within 0.01 px of finite elements, else the nearest: on the brain, or the first
-/// scene.
+/// scene, with the scene's own Poisson's ratio where that was tried.
 std::optional<Figure> nearest_figure(const Results& results, std::string_view machine) {
   constexpr double near = 0.01;
   constexpr double far = 0.5; // half a pixel is nothing to be proud of
@@ -100,6 +100,14 @@ std::optional<Figure> nearest_figure(const Results& results, std::string_view ma
     return std::pair(text_of(*row, "scene") != "brain", number_of(*row, "width"));
   });
   rows = like_first(rows);
+  if (const Rows own = rows_where(rows,
+                                  [](const json& row) {
+                                    const auto used = number_of(row, "poisson_used");
+                                    return used && used == number_of(row, "poisson");
+                                  });
+      !own.empty()) {
+    rows = own;
+  }
   const json& best = **std::ranges::min_element(rows, {}, [&](const json* row) {
     return std::pair(std::max(*own_error(*row), near), *number_of(*row, "seconds_median"));
   });
@@ -115,9 +123,11 @@ std::optional<Figure> nearest_figure(const Results& results, std::string_view ma
 std::string speed_text(const Rows& rows) {
   json list = json::array();
   for (const json* const row : rows) {
-    list.push_back(*row);
+    if (number_of(*row, "seconds_median").value_or(0.0) > 0.0) {
+      list.push_back(*row);
+    }
   }
-  return rows.empty()
+  return list.empty()
              ? ""
              : fmt::format(
                    "\n  {}, {}, a whole solution\n{}", text_of(*rows.front(), "scene"),

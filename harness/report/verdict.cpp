@@ -169,13 +169,29 @@ constexpr std::array checks{
     Check{good, "bench", [](const json& row) { return has_seconds(row) && !flag_of(row, "valid"); }, nullptr,
           "timings were not checked against scalar, so no speed-up is printed"}};
 
+/// Returns the backends of several rows that are all among `some`.
+Names whole_backends(const Rows& rows, const Rows& some) {
+  Names whole;
+  for (const json* const row : some) {
+    const std::string backend = text_of(*row, "backend");
+    const auto is_its_own = [&](const json* other) { return text_of(*other, "backend") == backend; };
+    const auto count = std::ranges::count_if(some, is_its_own);
+    if (!backend.empty() && count > 1 && count == std::ranges::count_if(rows, is_its_own)) {
+      whole.insert(backend);
+    }
+  }
+  return whole;
+}
+
 /// Adds to the findings what holds of `rows` by the checks of this command.
 void find(Findings& findings, std::string_view command, const Rows& rows) {
   for (const Check& check : checks) {
     const Rows found = check.command == command ? rows_where(rows, check.holds) : Rows();
+    const Names whole = command == "bench" ? whole_backends(rows, found) : Names();
     Names names;
     for (const json* const row : check.name == nullptr ? Rows() : found) {
-      names.insert(check.name(*row));
+      const std::string backend = text_of(*row, "backend");
+      names.insert(whole.contains(backend) ? "all of " + backend : check.name(*row));
     }
     if (!found.empty()) {
       findings.push_back(
@@ -194,14 +210,18 @@ void find_skipped(Findings& findings, const Rows& rows, std::string_view what) {
       compared.insert(on_scene(*row));
     }
   }
+  const Rows skipped = rows_where(rows, [](const json& row) { return !was_compared(row); });
+  const Names whole = whole_backends(rows, skipped);
   std::map<std::string, Names> by_reason;
   std::int64_t not_applying = 0;
-  for (const json* const row : rows) {
-    if (!was_compared(*row) && compared.contains(on_scene(*row))) {
+  for (const json* const row : skipped) {
+    if (compared.contains(on_scene(*row))) {
       ++not_applying;
-    } else if (!was_compared(*row)) {
+    } else {
       const std::string reason = text_of(*row, "reason");
-      by_reason[reason.empty() ? "no reason is given" : reason].insert(on_scene(*row));
+      const std::string backend = text_of(*row, "backend");
+      by_reason[reason.empty() ? "no reason is given" : reason].insert(
+          whole.contains(backend) ? "all of " + backend : on_scene(*row));
     }
   }
   for (const auto& [reason, places] : by_reason) {
@@ -279,6 +299,10 @@ Verdict verdict_of(const Results& results, std::string_view machine) {
           (says(row, "implementation", "as installed") && says(row, "outcome", "passed"));
       return !says(row, "kind", "equal accuracy") && !is_no_other_driver;
     });
+    if (command == std::string_view("golden")) {
+      find(findings, command, rows_where(rows, was_compared));
+      continue;
+    }
     const bool is_judged = command == std::string_view("accuracy") || command == std::string_view("tradeoff");
     find(findings, is_judged ? "judged" : command, rows);
   }
