@@ -142,7 +142,9 @@ Options comparison_options() {
 Scene scene_of(const Call& call, const Option<std::string>& name) {
   Scene scene = load_scene(call[name], {.size = parse_any_size(call[option::size]),
                                         .orientation = call[option::orientation],
-                                        .slice = call[option::slice]});
+                                        .slice = call[option::slice],
+                                        .tissues = call[option::tissues],
+                                        .points = call[option::points]});
   call.schedule.apply(scene);
   return scene;
 }
@@ -164,7 +166,12 @@ void require_same_scenes(const Call& call, std::span<const Scene> scenes) {
   for (const Scene& scene : scenes) {
     own += fmt::format("\n{}, {}, energy {}, {}, {} iterations", scene.name, scene.extent().text(),
                        scene.energy->name, method_name(scene), scene.schedule.iterations);
-    for (const std::filesystem::path& file : files_of_scene(scene.source)) {
+    std::vector<std::filesystem::path> files = files_of_scene(scene.source);
+    files.insert(files.end(), call[option::points].begin(), call[option::points].end());
+    if (!call[option::tissues].empty()) {
+      files.push_back(call[option::tissues]);
+    }
+    for (const std::filesystem::path& file : files) {
       own += fmt::format(", {} with the hash {:016x}", file.string(), hash_of(read_file(file)));
     }
   }

@@ -47,6 +47,14 @@ inline const Option<std::string>
                 CLI::IsMember(std::vector<std::string>(orientation_names.begin(), orientation_names.end())));
 inline const Option<std::optional<int>>
     slice("--slice", "Of that orientation; default: the one that shows most of the brain");
+inline const Option<std::filesystem::path>
+    tissues("--tissues",
+            "The scene is an image of labels, and this file has the [[tissue]] of each of them, and what "
+            "else of a scene is not to be as usual (elastic, the border held)");
+inline const Option<std::vector<std::filesystem::path>>
+    points("--points",
+           "Points that have moved: a file of 3D Slicer's of before and one of after (.fcsv, .mrk.json), "
+           "or one with lines of x y z dx dy dz (mm, LPS)");
 inline const Option<std::string> backend("--backend", "Backend that computes", "openmp");
 inline const Option<std::vector<std::string>>
     backends("--backends", "Backends with commas (none: all; one that is named must be there)");

@@ -18,6 +18,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 #include <limits>
 
@@ -34,6 +35,10 @@ const Option<std::string>
 const Option<std::string>
     within("--within",
            "The time there is, as 10ms or 2s: the best field of the elastic energy and its error");
+const Option<OutputFile>
+    transform("--transform",
+              "Also the displacement that leads back, with which ITK, ANTs, 3D Slicer and hdmbench warp move "
+              "pictures as the tissue moves: .h5 (ITK), .nrrd, .mha or .nii.gz");
 const Option<bool> no_pictures("--no-pictures", "Write the displacement alone");
 const Option<bool> explain("--explain", "Print the plan, step by step, and why");
 const Option<std::size_t>
@@ -232,6 +237,33 @@ void report_observations(const Scene& scene, json& row) {
   }
 }
 
+/// Prints how far the displacement is from what is known at points, and puts it into the row of the run.
+void report_points(const Scene& scene, const VectorField& displacement, json& row) {
+  if (scene.points.empty()) {
+    return;
+  }
+  double squares = 0.0;
+  json rows = json::array();
+  for (const KnownPoint& point : scene.points) {
+    const double residual = residual_at(point, displacement);
+    squares += residual * residual;
+    const double asked = std::hypot(point.target[0], point.target[1], point.target[2]);
+    rows.push_back({{"point", point.name},
+                    {"asked_mm", asked * scene.spacing},
+                    {"residual_mm", residual * scene.spacing},
+                    {"deviations", point.deviation > 0.0 ? json(residual / point.deviation) : json()}});
+  }
+  constexpr std::size_t most_shown = 20;
+  fmt::print("  {} points: {:.3g} mm from where they went, RMS\n", rows.size(),
+             scene.spacing * std::sqrt(squares / static_cast<double>(rows.size())));
+  if (rows.size() <= most_shown) {
+    fmt::print(
+        "{}",
+        table_text(rows, "point|asked_mm:moved by mm|residual_mm:missed by mm|deviations:in its deviations"));
+  }
+  row["points"] = std::move(rows);
+}
+
 /// A scene that was solved, by a plan or by its own method.
 struct Solved {
   const Scene& scene;
@@ -308,6 +340,7 @@ void print_result(const Solved& solved, json& row) {
                solved.unit());
   }
   report_observations(solved.scene, row);
+  report_points(solved.scene, solution.displacement, row);
   if (!solved.absurd.empty()) {
     fmt::print(
         "  NO RESULT: {}; look for extreme moduli, targets or a huge --penalty, or take another --method\n",
@@ -326,6 +359,9 @@ void require_output(const Call& call, const Scene& scene, const std::vector<std:
       require_folder(call[option::output], files, files_of_scene(call[option::scene]));
     });
   }
+  if (!call[transform].empty()) {
+    require_displacement_name(call[transform], scene.extent());
+  }
   if (call[format] == "nii.gz" && scene.extent().axes() == 2) {
     throw InputError("--format nii.gz is for volumes: programs read a NIfTI file of one slice without its "
                      "place in space; give nrrd or mha");
@@ -334,10 +370,11 @@ void require_output(const Call& call, const Scene& scene, const std::vector<std:
 
 /// Prints what the user waited for.
 void print_phases(const json& row) {
-  fmt::print("\n{}", table_text(json::array({row["phases"]}),
-                                "reading_seconds:reading|solution_seconds:solution|setup_seconds:its set-up|"
-                                "diagnosis_seconds:diagnosis|pictures_seconds:pictures|"
-                                "writing_seconds:writing|command_seconds:in all"));
+  fmt::print("\n{}",
+             table_text(json::array({row["phases"]}),
+                        "reading_seconds:reading|solution_seconds:solution|setup_seconds:its set-up|"
+                        "diagnosis_seconds:diagnosis|pictures_seconds:pictures|transform_seconds:transform|"
+                        "writing_seconds:writing|command_seconds:in all"));
 }
 
 /// Prints all that the row of a run says, and adds to it what the ranks did, where there are several.
@@ -410,7 +447,7 @@ int run_scene(Call& call) {
   std::string absurd = why_absurd(scene, solution);
   std::optional<FilesOfRun> written;
   if (absurd.empty()) {
-    written.emplace(call[option::output], files, scene, solution.displacement);
+    written.emplace(call[option::output], files, call[transform], scene, solution.displacement);
   }
   progress.describe(fmt::format("diagnose and write {}", scene.name));
   const Solved solved{scene,
@@ -447,8 +484,9 @@ void add_run(CLI::App& program, Call& call) {
       "Solve one scene; write the displacement in millimetres, and the picture before and after, the\n"
       "deformed grid and the displacement's magnitude and change of area or volume as PNG; say what speaks\n"
       "against the result.",
-      {option::scene, option::size, schedule_options(true), backend_options(), option::output, format,
-       no_pictures, option::json, Options{accuracy, within, explain}.under("No more than the scene needs"),
+      {option::scene, option::size, option::tissues, option::points, schedule_options(true),
+       backend_options(), option::output, format, transform, no_pictures, option::json,
+       Options{accuracy, within, explain}.under("No more than the scene needs"),
        Options{sites_per_rank, halo}.under("Several processes (mpirun -n 4 hdmbench run ...)")},
       {"scene is required"});
 }

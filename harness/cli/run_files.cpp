@@ -86,9 +86,9 @@ std::vector<std::string> file_names(const Scene& scene, const std::string& exten
   return names;
 }
 
-FilesOfRun::FilesOfRun(std::filesystem::path folder, std::vector<std::string> files, const Scene& scene,
-                       const VectorField& displacement)
-    : folder_(std::move(folder)), files_(std::move(files)) {
+FilesOfRun::FilesOfRun(std::filesystem::path folder, std::vector<std::string> files,
+                       std::filesystem::path transform, const Scene& scene, const VectorField& displacement)
+    : folder_(std::move(folder)), files_(std::move(files)), transform_(std::move(transform)) {
   if (!have_images()) {
     return;
   }
@@ -104,6 +104,31 @@ FilesOfRun::FilesOfRun(std::filesystem::path folder, std::vector<std::string> fi
       return std::pair(clock.seconds(), std::move(slices));
     });
   }
+  if (!transform_.empty()) {
+    inverse_ = std::async(std::launch::async, [&] {
+      const Clock clock;
+      Inverse inverse = invert(displacement);
+      write_displacement(transform_, inverse.displacement, scene.spacing, scene.placement, scene.oblong,
+                         Mapping::backward);
+      inverse.displacement = {};
+      return std::pair(clock.seconds(), std::move(inverse));
+    });
+  }
+}
+
+void FilesOfRun::finish_transform(const std::filesystem::path& results, json& row) {
+  const auto [seconds, inverse] = inverse_.get();
+  row["phases"]["transform_seconds"] = seconds;
+  row["transform"] = {{"file", beside(results, transform_.parent_path(), transform_.filename())},
+                      {"unmet", inverse.unmet},
+                      {"farthest", inverse.farthest}};
+  fmt::print(
+      "  {}: leads back, so that resamplers move pictures with it: hdmbench warp IMAGE --transform {}\n",
+      transform_.string(), transform_.string());
+  if (inverse.unmet > 0) {
+    fmt::print("  at {} sites it leads elsewhere, up to {:.2g} pixels at {}: the image folds over there\n",
+               inverse.unmet, inverse.farthest, fmt::join(inverse.at, ", "));
+  }
 }
 
 void FilesOfRun::finish(const std::filesystem::path& results, json& row) {
@@ -114,17 +139,19 @@ void FilesOfRun::finish(const std::filesystem::path& results, json& row) {
   row["phases"]["writing_seconds"] = field_.get();
   row["field"] = beside(results, folder_, files_[0]);
   fmt::print("  {}: the displacement in millimetres\n", (folder_ / files_[0]).string());
-  if (!pictures_.valid()) {
-    return;
+  if (pictures_.valid()) {
+    auto [seconds, slices] = pictures_.get();
+    row["phases"]["pictures_seconds"] = seconds;
+    if (!slices.is_null()) {
+      row["slices"] = std::move(slices);
+    }
+    fmt::print("  beside it {}\n", fmt::join(files_.begin() + 1, files_.end(), ", "));
+    for (std::size_t i = 1; i < files_.size(); ++i) {
+      row["pictures"][picture_names[i - 1]] = beside(results, folder_, files_[i]);
+    }
   }
-  auto [seconds, slices] = pictures_.get();
-  row["phases"]["pictures_seconds"] = seconds;
-  if (!slices.is_null()) {
-    row["slices"] = std::move(slices);
-  }
-  fmt::print("  beside it {}\n", fmt::join(files_.begin() + 1, files_.end(), ", "));
-  for (std::size_t i = 1; i < files_.size(); ++i) {
-    row["pictures"][picture_names[i - 1]] = beside(results, folder_, files_[i]);
+  if (inverse_.valid()) {
+    finish_transform(results, row);
   }
 }
 

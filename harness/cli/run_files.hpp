@@ -1,5 +1,6 @@
 #pragma once
 
+#include "harness/scene/images/images.hpp"
 #include "harness/scene/scene.hpp"
 
 #include <nlohmann/json.hpp>
@@ -18,12 +19,14 @@ namespace hdmbench::commands {
 [[nodiscard]] std::vector<std::string> file_names(const Scene& scene, const std::string& extension,
                                                   bool with_pictures);
 
-/// The files of a run, which two threads write while the object lives: one the field, one the pictures.
+/// The files of a run, which threads write while the object lives: one the field, one the pictures, one the
+/// transform.
 class FilesOfRun {
 public:
-  /// `files`: what file_names() gave. `scene` and `displacement` outlive the object.
-  FilesOfRun(std::filesystem::path folder, std::vector<std::string> files, const Scene& scene,
-             const VectorField& displacement);
+  /// `files`: what file_names() gave. `transform`: the file of the displacement that leads back; empty: none.
+  /// `scene` and `displacement` outlive the object.
+  FilesOfRun(std::filesystem::path folder, std::vector<std::string> files, std::filesystem::path transform,
+             const Scene& scene, const VectorField& displacement);
   FilesOfRun(const FilesOfRun&) = delete;
   FilesOfRun& operator=(const FilesOfRun&) = delete;
 
@@ -33,10 +36,14 @@ public:
   void finish(const std::filesystem::path& results, nlohmann::json& row);
 
 private:
+  void finish_transform(const std::filesystem::path& results, nlohmann::json& row);
+
   std::filesystem::path folder_;
   std::vector<std::string> files_;
+  std::filesystem::path transform_;
   std::future<double> field_;                               ///< gives its seconds
   std::future<std::pair<double, nlohmann::json>> pictures_; ///< and how the slices of a volume lie
+  std::future<std::pair<double, Inverse>> inverse_;         ///< without its field
 };
 
 } // namespace hdmbench::commands

@@ -51,17 +51,31 @@ Reach reach_of(const PixelPositions& at, std::size_t axis, int pixels, int sites
   return reach;
 }
 
+/// The sites around scattered pixels, which reach no farther.
+Reach reach_of(const std::vector<std::array<double, 3>>& pixels, std::size_t axis, int sites) {
+  Reach reach;
+  for (const std::array<double, 3>& pixel : pixels) {
+    PixelPositions at;
+    at.first[axis] = pixel[axis];
+    reach.push_back(reach_of(at, axis, 1, sites).front());
+    std::erase_if(reach.back(), [](const Reached& one) { return one.share == 0.0; });
+  }
+  return reach;
+}
+
 /// One component on its way from the pixels of a file to the sites of a level.
 class Carrier {
 public:
   Carrier(const FileConditions& conditions, std::size_t component, bool are_springs, Level& level)
       : pixels_(conditions.target.extent), target_(conditions.target[component]),
-        confidence_(conditions.confidence[component]), are_springs_(are_springs), sites_(level.extent),
-        to_target_(level.target[component]), to_confidence_(level.confidence[component]) {
+        confidence_(conditions.confidence[component]), are_springs_(are_springs),
+        is_grid_(conditions.scattered.empty()), sites_(level.extent), to_target_(level.target[component]),
+        to_confidence_(level.confidence[component]) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      reach_[axis] = axis < sites_.axes()
-                         ? reach_of(conditions.at, axis, pixels_.sides()[axis], sites_.sides()[axis])
-                         : Reach{{{0, 1.0, 1.0}}};
+      const int count = sites_.sides()[axis];
+      reach_[axis] = !is_grid_              ? reach_of(conditions.scattered, axis, count)
+                     : axis < sites_.axes() ? reach_of(conditions.at, axis, pixels_.sides()[axis], count)
+                                            : Reach{{{0, 1.0, 1.0}}};
       around_[axis] = reach_[axis];
       for (auto& reached : around_[axis]) {
         std::erase_if(reached, [](const Reached& one) { return one.share == 0.0; });
@@ -168,8 +182,10 @@ public:
     std::vector<std::pair<double, double>> sums; // of weights, and of weighted targets
     for_each_known([&](int x, int y, int z, std::size_t pixel, float confidence) {
       if (confidence < 1.0F) {
-        sums.resize(sites_.sites());
-        const double weight = are_springs_ ? confidence / (1.0 - double{confidence}) : double{confidence};
+        if (sums.empty()) {
+          sums = present_weights();
+        }
+        const double weight = weight_of(confidence);
         for_each_around(x, y, z, [&](std::size_t site, double share) {
           sums[site].first += share * weight;
           sums[site].second += share * weight * double{target_[pixel]};
@@ -177,12 +193,28 @@ public:
       }
     });
     for (std::size_t site = 0; site < sums.size(); ++site) {
-      if (const auto& [weight, target] = sums[site]; weight > 0.0 && !prescribed_[site]) {
+      if (const auto& [weight, target] = sums[site];
+          weight > 0.0 && !prescribed_[site] && to_confidence_[site] < 1.0F) {
         to_target_[site] = static_cast<float>(target / weight);
         const auto confidence = static_cast<float>(are_springs_ ? weight / (1.0 + weight) : weight);
         to_confidence_[site] = std::min(confidence, std::nextafter(1.0F, 0.0F)); // none becomes certain
       }
     }
+  }
+
+  [[nodiscard]] double weight_of(float confidence) const {
+    return are_springs_ ? confidence / (1.0 - double{confidence}) : double{confidence};
+  }
+
+  /// Weights, and weighted targets, that the sites have already. What is certain is not to be changed.
+  [[nodiscard]] std::vector<std::pair<double, double>> present_weights() const {
+    std::vector<std::pair<double, double>> sums(sites_.sites());
+    for (std::size_t site = 0; site < sums.size(); ++site) {
+      if (const float confidence = to_confidence_[site]; confidence > 0.0F && confidence < 1.0F) {
+        sums[site] = {weight_of(confidence), weight_of(confidence) * double{to_target_[site]}};
+      }
+    }
+    return sums;
   }
 
   /// Counts the pixels in `is_known`, `acts` and `is_exact`.
@@ -200,8 +232,8 @@ private:
   /// call(site, hat, share) for all sites that a pixel reaches.
   template <typename Call>
   void for_each_of(const std::array<Reach, 3>& reach, int x, int y, int z, const Call& call) const {
-    for (const Reached& slice : reach[2][static_cast<std::size_t>(z)]) {
-      for (const Reached& row : reach[1][static_cast<std::size_t>(y)]) {
+    for (const Reached& slice : reach[2][static_cast<std::size_t>(is_grid_ ? z : x)]) {
+      for (const Reached& row : reach[1][static_cast<std::size_t>(is_grid_ ? y : x)]) {
         for (const Reached& column : reach[0][static_cast<std::size_t>(x)]) {
           call(sites_.index(column.site, row.site, slice.site), column.hat * row.hat * slice.hat,
                column.share * row.share * slice.share);
@@ -214,6 +246,7 @@ private:
   const std::vector<float>& target_;
   const std::vector<float>& confidence_;
   bool are_springs_;
+  bool is_grid_;
   Extent sites_;
   std::vector<float>& to_target_;
   std::vector<float>& to_confidence_;
@@ -224,7 +257,7 @@ private:
 
 /// Whether every pixel lies at the site of the same number.
 bool are_the_sites(const FileConditions& conditions, Extent sites) {
-  bool are_same = conditions.target.extent == sites;
+  bool are_same = conditions.scattered.empty() && conditions.target.extent == sites;
   for (std::size_t axis = 0; axis < sites.axes(); ++axis) {
     for (const int end : {0, sites.sides()[axis] - 1}) {
       are_same = are_same && std::abs(conditions.at.of(axis, end) - end) <= same_place;
@@ -252,7 +285,9 @@ CarriedConditions carry_conditions(const FileConditions& conditions, bool are_sp
         }
       }
     } else {
-      component.forget(conditions.at);
+      if (conditions.scattered.empty()) {
+        component.forget(conditions.at);
+      }
       component.prescribe();
       carried.farthest = std::max(carried.farthest, component.meet_targets());
       component.attach();

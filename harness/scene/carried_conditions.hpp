@@ -3,7 +3,9 @@
 #include "harness/scene/file_grid.hpp"
 #include "kernels/data/level.hpp"
 
+#include <array>
 #include <cstddef>
+#include <vector>
 
 namespace hdmbench {
 
@@ -12,6 +14,9 @@ struct FileConditions {
   VectorField target;     ///< pixels of the scene
   VectorField confidence; ///< as of Level; below 0: a component of which nothing is said
   PixelPositions at{};    ///< among the sites of the scene
+  /// Where each pixel lies, in place of `at`, of pixels that are no grid but a row, target and confidence of
+  /// as many components as the scene has; they change no site but those around them.
+  std::vector<std::array<double, 3>> scattered{};
 };
 
 /// What became of the pixels whose displacement is known in some component.

@@ -112,6 +112,35 @@ void read_exact(TomlReader& reader, const SceneOptions& options, Scene& scene) {
   }
 }
 
+/// What the pixels are made of; nothing of [random]. `image`: its table.
+Content read_content(TomlReader& scene, TomlReader& image, const SceneText& file, std::optional<Extent> size,
+                     const SceneOptions& options) {
+  constexpr std::array<std::string_view, 4> sources{"shape", "image", "brain", "random"};
+  if (std::ranges::count_if(sources, [&](std::string_view source) { return scene.has(source); }) != 1) {
+    scene.fail("shape", "tables, [image], [brain] or [random]: a scene needs exactly one of these");
+  }
+  TomlReader brain = scene.table("brain");
+  const bool is_slice = scene.has("brain") && !brain.has("head");
+  if (!options.orientation.empty() && !is_slice) {
+    throw InputError(
+        fmt::format("the scene {} is no slice of a [brain]: it has no other orientation", file.name));
+  }
+  if (!size && !scene.has("image") && !brain.has("head")) {
+    scene.fail("size", "is missing: [width, height]");
+  }
+  if (size && size->axes() == 3 && is_slice) {
+    brain.fail("slice",
+               fmt::format("is no volume of {}; a whole head is one, with its file as head", size->text()));
+  }
+  if (scene.has("image")) {
+    return read_image_content(image, scene, file.folder, size);
+  }
+  if (scene.has("brain")) {
+    return read_brain_content(brain, scene, file.folder, size, options);
+  }
+  return scene.has("shape") ? read_shapes_content(scene, *size) : Content{};
+}
+
 Scene build(const toml::table& root, const SceneText& file, const SceneOptions& options) {
   TomlReader reader(root, file.file_name, "");
   Scene scene;
@@ -127,35 +156,10 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
     require_memory(*size, *scene.energy);
   }
 
-  constexpr std::array<std::string_view, 4> sources{"shape", "image", "brain", "random"};
-  if (std::ranges::count_if(sources, [&](std::string_view source) { return reader.has(source); }) != 1) {
-    reader.fail("shape", "tables, [image], [brain] or [random]: a scene needs exactly one of these");
-  }
   TomlReader image = reader.table("image");
-  TomlReader brain = reader.table("brain");
-  const bool is_slice = reader.has("brain") && !brain.has("head");
-  if (!options.orientation.empty() && !is_slice) {
-    throw InputError(
-        fmt::format("the scene {} is no slice of a [brain]: it has no other orientation", file.name));
-  }
-  if (!size && !reader.has("image") && !brain.has("head")) {
-    reader.fail("size", "is missing: [width, height]");
-  }
-  if (size && size->axes() == 3 && is_slice) {
-    brain.fail("slice",
-               fmt::format("is no volume of {}; a whole head is one, with its file as head", size->text()));
-  }
-  TomlReader random = reader.table("random");
+  Content content = read_content(reader, image, file, size, options);
+  scene.name += options.orientation.empty() ? "" : ", " + options.orientation;
   Level& full = scene.full;
-  Content content;
-  if (reader.has("image")) {
-    content = read_image_content(image, reader, file.folder, size);
-  } else if (reader.has("brain")) {
-    content = read_brain_content(brain, reader, file.folder, size, options);
-    scene.name += options.orientation.empty() ? "" : ", " + options.orientation;
-  } else if (reader.has("shape")) {
-    content = read_shapes_content(reader, *size);
-  }
   full.extent = content.modulus.values.empty() ? *size : content.modulus.extent;
   require_memory(full.extent, *scene.energy);
   full.target = VectorField(full.extent);
@@ -163,6 +167,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   full.modulus = std::move(content.modulus);
   if (reader.has("random")) {
     full.modulus = ScalarField(full.extent);
+    TomlReader random = reader.table("random");
     content = read_random_content(random, full, scene.start.emplace(full.extent));
   }
   read_vector_images(image, file.folder, size, content, scene);
@@ -173,6 +178,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   scene.spacing = content.spacing;
   scene.idle = apply_conditions(reader, content, scene.energy->is_of_cells(), full);
   std::ranges::move(content.idle, std::back_inserter(scene.idle));
+  apply_points(reader, file.folder, options.points, content, scene);
   if (content.segmented && is_inspected(full.extent)) {
     scene.labels = std::move(content.labels);
   }
@@ -276,9 +282,16 @@ std::vector<SceneSummary> scene_summaries() {
 }
 
 Scene load_scene(const std::string& scene, const SceneOptions& options) {
-  const SceneText file = text_of(scene);
+  const std::filesystem::path path(scene);
+  const bool is_of_labels = !options.tissues.empty();
+  const SceneText file = is_of_labels ? SceneText{path.stem().stem().string(),
+                                                  options.tissues.string(),
+                                                  options.tissues.parent_path(),
+                                                  {}}
+                                      : text_of(scene);
   try {
-    const toml::table root = parse_toml(file.text, file.file_name);
+    const toml::table root =
+        is_of_labels ? scene_of_labels(path, options.tissues) : parse_toml(file.text, file.file_name);
     Scene result = build(root, file, options);
     result.source = scene;
     return result;

@@ -3,6 +3,7 @@
 #include "harness/scene/carried_conditions.hpp"
 #include "harness/scene/file_grid.hpp"
 #include "harness/scene/placement.hpp"
+#include "harness/scene/points.hpp"
 #include "harness/scene/sites.hpp"
 #include "kernels/data/modulus.hpp"
 #include "kernels/data/pyramid.hpp"
@@ -98,6 +99,7 @@ struct Scene {
   std::optional<FileGrid> oblong{};            ///< its file's own pixels, where their sides are not the same
   Stated stated = Stated::sides;               ///< what its files say of spacing and placement
   std::optional<CarriedConditions> observed{}; ///< the pixels of its images of targets; none: it has no such
+  std::vector<KnownPoint> points{};            ///< known displacements between the sites
   std::vector<std::string> idle{};             ///< what of its file has no effect, and why
   const RegisteredEnergy* energy = &usual_energy(); ///< that the displacement minimises; never null
   const RegisteredEnergy* stated_energy = nullptr;  ///< that the scene file names itself; null: none
@@ -127,7 +129,9 @@ struct SceneOptions {
   /// Of a [brain], in place of the file's: "axial", "coronal" or "sagittal". Empty: the file's, and its
   /// slice.
   std::string orientation{};
-  std::optional<int> slice{}; ///< of that orientation; none: the one that shows most of the brain
+  std::optional<int> slice{};      ///< of that orientation; none: the one that shows most of the brain
+  std::filesystem::path tissues{}; ///< of a scene that is an image of labels, as of scene_of_labels()
+  std::vector<std::filesystem::path> points{}; ///< more than the file's own, as of apply_points()
 };
 
 /// Whether an image, of at most 4096 x 4096 sites, is looked at closely: its scene has a picture and labels,
@@ -156,7 +160,8 @@ struct SceneSummary {
 /// no scene.
 [[nodiscard]] std::vector<std::filesystem::path> files_of_scene(const std::string& scene);
 
-/// `scene` is the name of a shipped scene or the path of a TOML file (harness/scene/scenes/README.md). Throws
+/// `scene` is the name of a shipped scene or the path of a TOML file (harness/scene/scenes/README.md), with
+/// options.tissues that of an image of labels. Throws
 /// InputError with file, line where there is one, and what to do; MissingFile where a file that the scene
 /// refers to, or what is needed to read it, is not on this machine.
 [[nodiscard]] Scene load_scene(const std::string& scene, const SceneOptions& options = {});

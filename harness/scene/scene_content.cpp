@@ -226,11 +226,29 @@ SceneText text_of(const std::string& scene) {
   constexpr std::array images{".nii", ".gz",  ".nrrd", ".nhdr", ".mha", ".mhd", ".hdr",
                               ".img", ".png", ".jpg",  ".jpeg", ".tif", ".tiff"};
   if (std::ranges::find(images, path.extension()) != images.end()) {
-    throw InputError(fmt::format("{}: this is an image by its name; a scene is a TOML file, which names it: "
-                                 "[image] labels = \"{}\", and a [[tissue]] for each label",
-                                 scene, path.filename().string()));
+    throw InputError(
+        fmt::format("{}: this is an image by its name; a scene is a TOML file, which names it: "
+                    "[image] labels = \"{}\", and a [[tissue]] for each label; or give run a file of "
+                    "these beside it: --tissues FILE",
+                    scene, path.filename().string()));
   }
   return {path.stem().string(), scene, path.parent_path(), read_file(path)};
+}
+
+toml::table scene_of_labels(const std::filesystem::path& labels, const std::filesystem::path& tissues) {
+  toml::table root = parse_toml(read_file(tissues), tissues.string());
+  if (root.contains("image")) {
+    throw InputError(
+        fmt::format("{}: is a scene of its own, with an [image]; --tissues takes what a scene has beside "
+                    "its labels",
+                    tissues.string()));
+  }
+  root.insert("image", toml::table{{"labels", std::filesystem::absolute(labels).string()}});
+  root.insert("energy", "elastic");
+  if (!root.contains("condition")) {
+    root.insert("condition", toml::array{toml::table{{"where", "border"}, {"outward", 0.0}}});
+  }
+  return root;
 }
 
 std::vector<std::filesystem::path> files_of_scene(const std::string& scene) {
@@ -238,14 +256,20 @@ std::vector<std::filesystem::path> files_of_scene(const std::string& scene) {
   try {
     const SceneText file = text_of(scene);
     const toml::table root = parse_toml(file.text, file.file_name);
-    for (const std::string_view table : {"image", "brain"}) {
-      if (const toml::table* const names = root[table].as_table()) {
+    const auto add_files = [&](const toml::node_view<const toml::node>& table) {
+      if (const toml::table* const names = table.as_table()) {
         for (const auto& [key, value] : *names) {
           if (const auto* const name = value.as_string()) {
             files.push_back(file.folder / name->get());
           }
         }
       }
+    };
+    for (const std::string_view table : {"image", "brain"}) {
+      add_files(root[table]);
+    }
+    for (std::size_t i = 0; root["points"][i]; ++i) {
+      add_files(root["points"][i]);
     }
   } catch (const toml::parse_error&) {
   } catch (const InputError&) { // who loads the scene says what is wrong with it

@@ -6,6 +6,7 @@
 
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 
@@ -36,6 +37,12 @@ struct SceneText {
 };
 /// `scene` as load_scene takes it. Throws MissingFile, and InputError where the file cannot be read.
 [[nodiscard]] SceneText text_of(const std::string& scene);
+
+/// Returns the scene of a label image and of a file with what else a scene has: the [[tissue]] tables, and
+/// whatever is not to be as it is without: energy = "elastic", and the border held where it is. Throws
+/// InputError, and toml::parse_error.
+[[nodiscard]] toml::table scene_of_labels(const std::filesystem::path& labels,
+                                          const std::filesystem::path& tissues);
 
 /// Fails where the pixels of the image that `key` names are not those of the scene's file.
 void require_same_grid(const TomlReader& table, std::string_view key, const FileGrid& grid,
@@ -77,5 +84,12 @@ void read_vector_images(TomlReader& image, const std::filesystem::path& folder, 
 /// (RegisteredEnergy::is_of_cells). Returns, as of Scene::idle, what has no effect.
 [[nodiscard]] std::vector<std::string> apply_conditions(TomlReader& scene, const Content& content,
                                                         bool may_be_springs, Level& level);
+
+/// Adds the [[points]] of a scene, whose files are looked for in `folder`, and those of the files `more`
+/// (none, a file of pairs, or one of before and one of after) to scene.points, and lets them act after the
+/// conditions: what is certain prescribes the sites around it so that the field between them has it; a
+/// deviation is a spring on them, beside those that are there.
+void apply_points(TomlReader& scene, const std::filesystem::path& folder,
+                  std::span<const std::filesystem::path> more, const Content& content, Scene& to);
 
 } // namespace hdmbench

@@ -68,6 +68,7 @@ const std::array known_keys{
     Key{"", "shape"},
     Key{"", "tissue", "moduli of tissues belong to labels"},
     Key{"", "condition"},
+    Key{"", "points"},
     Key{"schedule", "method"},
     Key{"schedule", "iterations"},
     Key{"schedule", "stop", of_hdm},
@@ -127,6 +128,10 @@ const std::array known_keys{
         [](double value) { return value >= 0.0 && value < 1.0; }, "in [0, 1) (a fraction of the image)"},
     Key{"condition", "confidence", {}, is_share, "within 0 ... 1"},
     Key{"condition", "deviation", of_elastic, is_not_negative, "at least 0 (pixels)"},
+    Key{"points", "file"},
+    Key{"points", "before"},
+    Key{"points", "after"},
+    Key{"points", "deviation", of_elastic, is_not_negative, "at least 0 (mm)"},
 };
 
 /// Null where the table that `where` names in errors ("[schedule]", "[[tissue]]", "") has no such key.

@@ -106,13 +106,23 @@ struct BrainSlice {
 [[nodiscard]] BrainSlice read_head(const std::filesystem::path& brain, const std::filesystem::path& head,
                                    int classes, std::optional<Extent> size);
 
+/// Which way a displacement leads.
+enum class Mapping {
+  forward, ///< tissue at x moves to x + d(x)
+  backward ///< what is at y came from y + d(y): as ITK, ANTs and 3D Slicer resample a picture
+};
+
 /// Writes the displacement, in pixels, as a W x H x D image of physical 3-vectors in millimetres, along the
 /// axes of the space and not of the image, that ITK, 3D Slicer and ParaView open; .nrrd, .mha or .nii.gz by
-/// the extension. With `grid` at the pixels of that file, linear between those of the displacement. The
-/// header of the first two carries the direction of the mapping and the unit as key/values; that of NIfTI has
-/// floats for the place. Written beside the target and renamed, so that no half-written file is left.
+/// the extension, or as a transform of ITK's, .h5. With `grid` at the pixels of that file, linear between
+/// those of the displacement. The header of the first two carries the direction of the mapping and the unit
+/// as key/values; that of NIfTI has floats for the place. Written beside the target and renamed, so that no
+/// half-written file is left.
 void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing,
-                        const Placement& placement = {}, const std::optional<FileGrid>& grid = {});
+                        const Placement& placement = {}, const std::optional<FileGrid>& grid = {},
+                        Mapping mapping = Mapping::forward);
+/// Throws InputError where write_displacement() could not write a field of this extent by that name.
+void require_displacement_name(const std::filesystem::path& file, Extent extent);
 
 /// The values as they are, float or 16-bit integer, as a W x H x D image of pixels with sides of `spacing`
 /// millimetres, in the same formats. read_scalar, read_vector and read_labels give them back to
@@ -181,6 +191,26 @@ struct ContactSheet {
   Extent volume; ///< of the sites shown
 };
 [[nodiscard]] ContactSheet contact_sheet(const ScalarField& picture, const VectorField& displacement);
+
+/// A displacement that leads back.
+struct Inverse {
+  VectorField displacement{}; ///< pixels: what is at y came from y + d(y)
+  std::size_t unmet = 0;      ///< sites that are not met to `inverse_is_met`; where the image folds over
+  double farthest = 0.0;      ///< from a site to where its origin lands, pixels
+  std::array<int, 3> at{};    ///< that site
+};
+inline constexpr double inverse_is_met = 0.01; ///< pixels
+/// Inverts x + d(x), linear between sites and moved as the border is beyond them. Where several points land
+/// at a site it takes one of them. Throws InputError where the displacement is not finite. Needs no ITK.
+[[nodiscard]] Inverse invert(const VectorField& displacement);
+
+/// Writes the image, on its own pixels, as `transform` moves it: what is at p is what the image has at
+/// p + d(p), in the patient's space, and 0 where it has nothing; the displacement d is that of the file, as
+/// write_displacement() writes it, and 0 beside it. Linear; the nearest pixel `of_labels`, of which those of
+/// 16 bits stay such. The formats of write_scalar(). Throws InputError, also where the image has several
+/// components.
+void write_moved(const std::filesystem::path& file, const std::filesystem::path& image,
+                 const std::filesystem::path& transform, bool of_labels);
 
 /// Pixels between the lines of a grid, so that about thirty of them go across; at least 2.
 [[nodiscard]] int grid_spacing(Extent extent);

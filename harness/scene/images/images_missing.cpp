@@ -28,6 +28,12 @@ void images::write_pixels(const std::filesystem::path& file, const Geometry&, co
   refuse(file);
 }
 
+void images::write_transform(const std::filesystem::path& file, const Geometry&, const std::vector<float>&) {
+  refuse(file);
+}
+
+void images::resample(const Pixels&, bool, Pixels&) {}
+
 BrainSlice read_brain(const std::filesystem::path& file, std::optional<int>, int, double, Extent,
                       Orientation) {
   refuse(file);

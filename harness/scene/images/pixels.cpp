@@ -315,6 +315,9 @@ void make_factories() {
 Pixels read_pixels_here(const std::filesystem::path& file) {
   try {
     require_no_pipe(file);
+    if (is_transform(file)) {
+      return read_transform(file);
+    }
     require_whole(file);
     return is_nifti(file) ? read_nifti(file) : read_by_itk(file);
   } catch (const itk::ExceptionObject& error) {

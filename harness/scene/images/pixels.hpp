@@ -114,6 +114,19 @@ using Keys = std::vector<std::pair<std::string, std::string>>;
 void write_pixels(const std::filesystem::path& file, const Geometry& geometry, const Values& values,
                   const Keys& keys = {});
 
+/// Whether it is a file of ITK's transforms, by its name.
+[[nodiscard]] inline bool is_transform(const std::filesystem::path& file) {
+  return file.extension() == ".h5";
+}
+/// A displacement field in a file of ITK's transforms: its vectors, millimetres along the axes of the space.
+/// Read in this process. Throws InputError, and what ITK throws.
+[[nodiscard]] Pixels read_transform(const std::filesystem::path& file);
+/// Written beside the target and renamed. Throws InputError.
+void write_transform(const std::filesystem::path& file, const Geometry& geometry,
+                     const std::vector<float>& values);
+/// Puts in place of the image's pixels what it has where the displacement leads from them.
+void resample(const Pixels& displacement, bool to_nearest, Pixels& image);
+
 /// Resamples every component to `size` by nearest neighbours, as read_labels does. Throws InputError, about
 /// `file`, where it has another number of axes.
 void fit_nearest(const std::filesystem::path& file, Image<std::vector<ScalarField>>& image,

@@ -8,6 +8,7 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <limits>
 #include <utility>
 
 namespace hdmbench {
@@ -75,7 +76,7 @@ void write_colours(const std::filesystem::path& file, Extent extent, const SiteC
 } // namespace
 
 void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing,
-                        const Placement& placement, const std::optional<FileGrid>& grid) {
+                        const Placement& placement, const std::optional<FileGrid>& grid, Mapping mapping) {
   const Extent sites = displacement.extent;
   validate(displacement, sites, "the displacement to write");
   images::Geometry geometry = geometry_of(file, sites, 3, spacing, placement);
@@ -98,12 +99,52 @@ void write_displacement(const std::filesystem::path& file, const VectorField& di
       values.push_back(with_zero_positive(component));
     }
   });
-  // An ITK or Slicer transform maps the other way, from the deformed image back: who opens the file must be
-  // told. Slicer knows the third key.
+  if (images::is_transform(file)) {
+    images::write_transform(file, geometry, values);
+    return;
+  }
+  // Who opens the file must be told. Slicer knows the third key.
+  const bool is_forward = mapping == Mapping::forward;
   images::write_pixels(file, geometry, std::move(values),
-                       {{"hdmbench mapping", "forward: tissue at x moves to x + d(x)"},
+                       {{"hdmbench mapping", is_forward ? "forward: tissue at x moves to x + d(x)"
+                                                        : "backward: what is at y came from y + d(y)"},
                         {"hdmbench unit", "millimetre"},
                         {"displacement field type", "modeling"}});
+}
+
+void require_displacement_name(const std::filesystem::path& file, Extent extent) {
+  const std::string name = file.filename();
+  const bool is_nifti = name.ends_with(".nii.gz");
+  if (!is_nifti && !name.ends_with(".nrrd") && !name.ends_with(".mha") && !images::is_transform(file)) {
+    throw unwritable(file, "the name of a displacement must end in .nrrd, .mha, .nii.gz or .h5");
+  }
+  if (is_nifti && extent.axes() == 2) {
+    throw unwritable(file, "NIfTI is for volumes: programs read a file of one slice without its place in "
+                           "space; take .nrrd, .mha or .h5");
+  }
+}
+
+void write_moved(const std::filesystem::path& file, const std::filesystem::path& image,
+                 const std::filesystem::path& transform, bool of_labels) {
+  const images::Pixels displacement = images::read_pixels(transform);
+  if (displacement.geometry.components != 3) {
+    throw images::unreadable(transform, "a displacement has 3 components per pixel");
+  }
+  images::Pixels pixels = images::read_pixels(image);
+  if (pixels.geometry.components != 1) {
+    throw images::unreadable(
+        image, fmt::format("it has {} components per pixel, 1 can be moved", pixels.geometry.components));
+  }
+  images::resample(displacement, of_labels, pixels);
+  const auto is_short = [](float value) {
+    return value == std::floor(value) && std::abs(value) <= std::numeric_limits<std::int16_t>::max();
+  };
+  if (of_labels && std::ranges::all_of(pixels.values, is_short)) {
+    images::write_pixels(file, pixels.geometry,
+                         std::vector<std::int16_t>(pixels.values.begin(), pixels.values.end()));
+  } else {
+    images::write_pixels(file, pixels.geometry, std::move(pixels.values));
+  }
 }
 
 void write_scalar(const std::filesystem::path& file, const ScalarField& field, double spacing,

@@ -1,0 +1,123 @@
+#include "harness/scene/carried_conditions.hpp"
+#include "harness/scene/images/pixels.hpp"
+#include "harness/scene/method.hpp"
+#include "harness/scene/points.hpp"
+#include "harness/scene/scene_content.hpp"
+#include "kernels/data/elastic/springs.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <cmath>
+#include <utility>
+
+namespace hdmbench {
+
+namespace {
+
+/// Millimetres along the scene's axes.
+std::array<double, 3> along(const Placement& placement, const Placement::Vector& vector) {
+  std::array<double, 3> result{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      result[axis] += placement.axes[axis][i] * vector[i];
+    }
+  }
+  return result;
+}
+
+/// Throws InputError where the point is beside the scene.
+KnownPoint known_point(const PointPair& pair, double deviation, const Content& content, Extent extent) {
+  Placement::Vector from_origin{};
+  Placement::Vector way{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    from_origin[i] = pair.before[i] - content.placement.origin[i];
+    way[i] = pair.after[i] - pair.before[i];
+  }
+  KnownPoint point{pair.name, along(content.placement, from_origin), along(content.placement, way),
+                   pair.deviation.value_or(deviation) / content.spacing};
+  const double half_slice = 0.5 * std::max(content.spacing, content.placement.thickness);
+  bool is_inside = true;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    if (axis >= extent.axes()) {
+      is_inside = is_inside && std::abs(point.at[axis]) <= half_slice;
+      point.at[axis] = point.target[axis] = 0.0;
+      continue;
+    }
+    point.at[axis] /= content.spacing;
+    point.target[axis] /= content.spacing;
+    is_inside = is_inside && point.at[axis] >= -0.5 && point.at[axis] <= extent.sides()[axis] - 0.5;
+  }
+  if (!is_inside) {
+    throw InputError(
+        fmt::format("point {} at {:.4g}, {:.4g}, {:.4g} mm is beside the scene, which has {} pixels of "
+                    "{:.4g} mm from {:.4g}, {:.4g}, {:.4g} on",
+                    pair.name, pair.before[0], pair.before[1], pair.before[2], extent.text(), content.spacing,
+                    content.placement.origin[0], content.placement.origin[1], content.placement.origin[2]));
+  }
+  return point;
+}
+
+std::vector<PointPair> read(std::span<const std::filesystem::path> files) {
+  return files.size() == 1 ? read_point_pairs(files[0]) : read_point_pairs(files[0], files[1]);
+}
+
+} // namespace
+
+double residual_at(const KnownPoint& point, const VectorField& displacement) {
+  double square = 0.0;
+  for (std::size_t axis = 0; axis < displacement.extent.axes(); ++axis) {
+    const double found =
+        images::linear_at(displacement[axis], displacement.extent, point.at[0], point.at[1], point.at[2]);
+    square += (found - point.target[axis]) * (found - point.target[axis]);
+  }
+  return std::sqrt(square);
+}
+
+void apply_points(TomlReader& scene, const std::filesystem::path& folder,
+                  std::span<const std::filesystem::path> more, const Content& content, Scene& to) {
+  const auto take = [&](const std::vector<PointPair>& pairs, double deviation) {
+    for (const PointPair& pair : pairs) {
+      to.points.push_back(known_point(pair, deviation, content, to.extent()));
+    }
+  };
+  for (TomlReader& table : scene.tables("points")) {
+    if (table.has("file") == table.has("before") || table.has("before") != table.has("after")) {
+      table.fail("file", "or before and after: give one file of pairs, or the points before and after");
+    }
+    std::vector<std::filesystem::path> files;
+    for (const char* const key : {"file", "before", "after"}) {
+      if (table.has(key)) {
+        files.push_back(folder / table.get<std::string>(key));
+      }
+    }
+    double deviation = 0.0;
+    table.read("deviation", deviation);
+    table.finish();
+    take(read(files), deviation);
+  }
+  if (!more.empty()) {
+    take(read(more), 0.0);
+  }
+  if (to.points.empty()) {
+    return;
+  }
+  FileConditions known{.target = {}, .confidence = {}};
+  known.target.extent = known.confidence.extent = {static_cast<int>(to.points.size()), 1, 1};
+  for (const KnownPoint& point : to.points) {
+    if (point.deviation > 0.0 && !to.energy->is_of_cells()) {
+      throw InputError(
+          fmt::format("point {} has a deviation, which only the elastic energy knows: give --energy "
+                      "elastic, or leave it out",
+                      point.name));
+    }
+    known.scattered.push_back(point.at);
+    for (std::size_t axis = 0; axis < to.extent().axes(); ++axis) {
+      known.target[axis].push_back(static_cast<float>(point.target[axis]));
+      known.confidence[axis].push_back(confidence_of_deviation(point.deviation));
+    }
+  }
+  (void)carry_conditions(known, to.energy->is_of_cells(), to.full);
+}
+
+} // namespace hdmbench

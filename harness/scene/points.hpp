@@ -1,0 +1,43 @@
+#pragma once
+
+#include "harness/scene/placement.hpp"
+#include "kernels/data/field.hpp"
+
+#include <array>
+#include <filesystem>
+#include <optional>
+#include <string>
+#include <vector>
+
+namespace hdmbench {
+
+/// A point of the patient before the displacement, and where it is after it: millimetres along the axes of
+/// the space (LPS).
+struct PointPair {
+  std::string name; ///< as its file has it, else its number
+  Placement::Vector before{};
+  Placement::Vector after{};
+  std::optional<double> deviation{}; ///< millimetres; none: nothing is said
+};
+
+/// Points of 3D Slicer's, .fcsv or .mrk.json, in LPS or RAS as they say, which belong together by their
+/// order. Throws InputError with file and line, also where their names say another order.
+[[nodiscard]] std::vector<PointPair> read_point_pairs(const std::filesystem::path& before,
+                                                      const std::filesystem::path& after);
+/// A text or .csv file with a line a point, x y z dx dy dz and perhaps a deviation, with blanks or commas
+/// between: where it is before and how it moves, in LPS. "#" begins a comment; a first line of words is left
+/// out. Throws InputError with file and line.
+[[nodiscard]] std::vector<PointPair> read_point_pairs(const std::filesystem::path& file);
+
+/// A known displacement at a point of a scene.
+struct KnownPoint {
+  std::string name;
+  std::array<double, 3> at{};     ///< among the sites; of an image z is 0
+  std::array<double, 3> target{}; ///< pixels
+  double deviation = 0.0;         ///< pixels; 0: it is met
+};
+
+/// Returns how far the displacement at the point is from the known one, pixels.
+[[nodiscard]] double residual_at(const KnownPoint& point, const VectorField& displacement);
+
+} // namespace hdmbench
