@@ -322,6 +322,8 @@ Verdict verdict_of(const Results& results, std::string_view machine) {
     findings.push_back(
         {unsure, fmt::format("Cut, because the command was ended before it had all rows: {}.", few(cut))});
   }
+  Names told;
+  std::erase_if(findings, [&](const Finding& finding) { return !told.insert(finding.sentence).second; });
   std::ranges::stable_sort(findings, std::ranges::greater(), &Finding::state);
   Verdict verdict{
       .state = findings.front().state, .sentence = findings.front().sentence, .notes = {}, .figures = {}};
