@@ -52,7 +52,7 @@ inline const Option<std::filesystem::path>
             "The scene is an image of labels, and this file has the [[tissue]] of each of them, and what "
             "else of a scene is not to be as usual (elastic, the border held)");
 inline const Option<std::vector<std::filesystem::path>>
-    points("--points",
+    points("--points,--landmarks",
            "Points that have moved: a file of 3D Slicer's of before and one of after (.fcsv, .mrk.json), "
            "or one with lines of x y z dx dy dz (mm, LPS)");
 inline const Option<std::string> backend("--backend", "Backend that computes", "openmp");

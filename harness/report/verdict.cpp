@@ -233,8 +233,38 @@ void find_skipped(Findings& findings, const Rows& rows, std::string_view what) {
   }
 }
 
-void find_in_verify(Findings& findings, const Results& results, std::string_view machine) {
-  const Rows rows = rows_of(results, "verify", machine);
+/// The backends that the machine has not, by `devices`, each with the reason.
+using Absent = std::map<std::string, std::string>;
+
+Absent absent_backends(const Results& results, std::string_view machine) {
+  Absent absent;
+  for (const json* const device : rows_of(results, "devices", machine)) {
+    if (flag_of(*device, "available") == false) {
+      absent.emplace(text_of(*device, "backend"), text_of(*device, "reason"));
+    }
+  }
+  return absent;
+}
+
+/// Without what could not be done on those; anything that was done stays.
+Rows on_present(const Rows& rows, const Absent& absent) {
+  return rows_where(rows, [&](const json& row) {
+    return !absent.contains(text_of(row, "backend")) || was_compared(row) || has_seconds(row);
+  });
+}
+
+/// Ends the sentence of what agrees: a backend that is not there is not among it.
+std::string end_of(const Absent& absent) {
+  Names names;
+  for (const auto& [backend, reason] : absent) {
+    names.insert(reason.empty() ? backend : fmt::format("{} ({})", backend, reason));
+  }
+  return names.empty() ? "" : fmt::format("; not there, so not checked: {}", joined(names, ", "));
+}
+
+void find_in_verify(Findings& findings, const Results& results, std::string_view machine,
+                    const Absent& absent) {
+  const Rows rows = on_present(rows_of(results, "verify", machine), absent);
   const Rows compared = rows_where(rows, was_compared);
   find(findings, "verify", compared);
   const std::int64_t agree = std::ssize(compared) - count_where(compared, [](const json& row) {
@@ -260,16 +290,17 @@ void find_in_verify(Findings& findings, const Results& results, std::string_view
         count_where(compared, [](const json& row) { return says(row, "verdict", "certified"); });
     findings.push_back(
         {good,
-         fmt::format("{} with scalar in {} of {}, {}.",
+         fmt::format("{} with scalar in {} of {}, {}{}.",
                      backends.size() == 1 ? *backends.begin() + " agrees"
                                           : fmt::format("All {} backends agree", backends.size()),
                      grouped(agree), plural(std::ssize(compared), "comparison"),
                      certified == 0 ? "to the last bit"
                                     : fmt::format("in {} of them with each difference certified as rounding",
-                                                  grouped(certified)))});
+                                                  grouped(certified)),
+                     end_of(absent))});
   } else if (agree > 0) {
-    findings.push_back({good, fmt::format("{} of {} agree with scalar.", grouped(agree),
-                                          plural(std::ssize(compared), "comparison"))});
+    findings.push_back({good, fmt::format("{} of {} agree with scalar{}.", grouped(agree),
+                                          plural(std::ssize(compared), "comparison"), end_of(absent))});
   }
   find_skipped(findings, rows, "comparison");
   for (const json* const device : rows_of(results, "devices", machine)) {
@@ -278,7 +309,7 @@ void find_in_verify(Findings& findings, const Results& results, std::string_view
     const bool is_named =
         std::ranges::any_of(rows, is_its_own) ||
         count_where(rows_where(timed, [&](const json& row) { return is_its_own(&row); }), is_checked) > 0;
-    if (!is_named && backend != "scalar") {
+    if (!is_named && backend != "scalar" && (compared.empty() || !absent.contains(backend))) {
       const std::string reason = text_of(*device, "reason");
       findings.push_back(
           {unsure, fmt::format("{} was not compared{}.", backend, reason.empty() ? "" : ": " + reason)});
@@ -290,10 +321,13 @@ void find_in_verify(Findings& findings, const Results& results, std::string_view
 
 Verdict verdict_of(const Results& results, std::string_view machine) {
   Findings findings;
-  find_in_verify(findings, results, machine);
+  const Absent absent = absent_backends(results, machine);
+  find_in_verify(findings, results, machine, absent);
   for (const char* const command : {"golden", "implementations", "machine-code", "faults", "failing-calls",
                                     "accuracy", "tradeoff", "run", "bench"}) {
-    const Rows rows = rows_where(rows_of(results, command, machine), [](const json& row) {
+    const Rows all = rows_of(results, command, machine);
+    const bool is_on_backends = command == std::string_view("bench") || command == std::string_view("golden");
+    const Rows rows = rows_where(is_on_backends ? on_present(all, absent) : all, [](const json& row) {
       const bool is_no_other_driver =
           says(row, "outcome", "absent") ||
           (says(row, "implementation", "as installed") && says(row, "outcome", "passed"));
@@ -306,7 +340,7 @@ Verdict verdict_of(const Results& results, std::string_view machine) {
     const bool is_judged = command == std::string_view("accuracy") || command == std::string_view("tradeoff");
     find(findings, is_judged ? "judged" : command, rows);
   }
-  find_skipped(findings, rows_of(results, "golden", machine), "golden solution");
+  find_skipped(findings, on_present(rows_of(results, "golden", machine), absent), "golden solution");
   if (std::ranges::any_of(results, [&](const Source& source) {
         return source.context.quick && (machine.empty() || source.context.machine == machine);
       })) {
