@@ -172,7 +172,8 @@ function volume_viewer(uri, row) {
 }
 
 function pictures(rows, data) {
-  const shown = rows.filter((row) => data.picture(row, row.pictures?.after));
+  const sites = (row) => row.width * row.height * (row.depth ?? 1);
+  const shown = rows.filter((row) => data.picture(row, row.pictures?.after)).sort((a, b) => sites(b) - sites(a));
   const warnings = rows.flatMap((row) => (row.warnings ?? []).map((warning) => ({ scene: row.scene, ...warning })));
   const draw = ({ run }) => {
     const row = shown[run];
