@@ -73,6 +73,8 @@ TEST_F(Points, ThatCannotBeMeantAreRefused) {
   expect_refusal([&] { (void)read_point_pairs(one, write("a.txt", "1 2 3\n")); }, "needs no second one");
   expect_refusal([&] { (void)read_point_pairs(one, write("no.fcsv", "1,1,2,3\n")); }, "neither LPS nor RAS");
   expect_refusal([&] { (void)read_point_pairs(one, write("no.json", "{}")); }, "is no file of points");
+  expect_refusal([&] { (void)read_point_pairs(one); }, "has points at one time");
+  expect_refusal([&] { (void)load("", {.points = {one, one, one}}); }, "these are 3");
   (void)write("far.txt", "0 0 0 1 0 0\n");
   expect_refusal([&] { (void)load("[[points]]\nfile = \"far.txt\"\n"); }, "is beside the scene");
   expect_refusal([&] { (void)load("[[points]]\nfile = \"far.txt\"\nbefore = \"far.txt\"\n"); },
@@ -145,6 +147,7 @@ TEST_F(Points, AndLabelsWithTheirTissuesAreAScene) {
       },
       "have no [[tissue]]");
   expect_refusal([&] { (void)load_scene(path("labels.nrrd").string()); }, "--tissues FILE");
+  expect_refusal([&] { (void)load_scene("square", {.tissues = "t.toml"}); }, "square has tissues of its own");
 }
 
 } // namespace

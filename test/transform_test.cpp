@@ -256,6 +256,10 @@ TEST_F(Transforms, TheCommandsMoveAPictureAsTheTissueMoves) {
                    testing::HasSubstr("would both become picture.nrrd"));
   test::expect_run(2, fmt::format("warp '{0}' --transform '{1}' --output '{2}' --format mha",
                                   path("picture.mha").string(), path("back.h5").string(), path("").string()));
+  test::expect_run(2,
+                   fmt::format("run square --size 32 --output '{0}' --transform '{0}/../out/square.nrrd'",
+                               path("out").string()),
+                   testing::HasSubstr("what run writes anyway"));
   test::expect_run(2, fmt::format("run square --size 32 --transform '{}'", path("back.txt").string()),
                    testing::HasSubstr("must end in"));
 }

@@ -361,6 +361,13 @@ void require_output(const Call& call, const Scene& scene, const std::vector<std:
   }
   if (!call[transform].empty()) {
     require_displacement_name(call[transform], scene.extent());
+    for (const std::string& file : files) {
+      if (std::filesystem::weakly_canonical(call[transform]) ==
+          std::filesystem::weakly_canonical(call[option::output] / file)) {
+        throw InputError(fmt::format("{} is what run writes anyway; give --transform another name",
+                                     call[transform].string()));
+      }
+    }
   }
   if (call[format] == "nii.gz" && scene.extent().axes() == 2) {
     throw InputError("--format nii.gz is for volumes: programs read a NIfTI file of one slice without its "

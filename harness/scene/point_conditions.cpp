@@ -59,6 +59,10 @@ KnownPoint known_point(const PointPair& pair, double deviation, const Content& c
 }
 
 std::vector<PointPair> read(std::span<const std::filesystem::path> files) {
+  if (files.size() > 2) {
+    throw InputError(fmt::format(
+        "points are in one file, of pairs, or in two, of before and of after; these are {}", files.size()));
+  }
   return files.size() == 1 ? read_point_pairs(files[0]) : read_point_pairs(files[0], files[1]);
 }
 

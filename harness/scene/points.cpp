@@ -171,6 +171,10 @@ std::vector<PointPair> read_point_pairs(const fs::path& before, const fs::path& 
 }
 
 std::vector<PointPair> read_point_pairs(const fs::path& file) {
+  if (file.extension() == ".fcsv" || file.extension() == ".json") {
+    throw InputError(
+        fmt::format("{}: has points at one time; give those of before and those of after", file.string()));
+  }
   std::istringstream text(read_file(file));
   std::vector<PointPair> pairs;
   int number = 0;

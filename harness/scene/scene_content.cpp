@@ -236,6 +236,10 @@ SceneText text_of(const std::string& scene) {
 }
 
 toml::table scene_of_labels(const std::filesystem::path& labels, const std::filesystem::path& tissues) {
+  if (labels.extension().empty() || labels.extension() == ".toml") {
+    throw InputError(fmt::format(
+        "--tissues is for a scene that is an image of labels; {} has tissues of its own", labels.string()));
+  }
   toml::table root = parse_toml(read_file(tissues), tissues.string());
   if (root.contains("image")) {
     throw InputError(
