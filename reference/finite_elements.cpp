@@ -53,7 +53,7 @@ Eigen::MatrixXd strain_matrix(std::size_t axes, const Point& point) {
   return strain;
 }
 
-/// Of an element with these nodes, the modulus that resists its mean divergence (ElementRule).
+/// Returns the modulus that resists the mean divergence of an element with these nodes (ElementRule).
 double resisting_mean(const ElasticProblem& problem, const std::vector<std::size_t>& nodes) {
   double softest = problem.modulus[nodes[0]];
   double sum = 0.0;

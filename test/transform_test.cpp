@@ -244,6 +244,11 @@ TEST_F(Transforms, TheCommandsMoveAPictureAsTheTissueMoves) {
     }
     EXPECT_GT(moved, 0.0) << scene;
     EXPECT_LE(apart, 0.02 * moved) << scene << ": " << moved;
+    test::expect_run(0,
+                     fmt::format("warp '{0}' --transform '{1}/{2}.mha' --output '{3}'",
+                                 path("picture.mha").string(), path("out").string(), scene,
+                                 path("wrong").string()),
+                     testing::HasSubstr("back to before"));
     const LabelField labels = read_labels(path("moved") / "labels.nrrd", {.takes_volumes = true}).pixels;
     EXPECT_THAT(std::set<int>(labels.values.begin(), labels.values.end()),
                 testing::IsSubsetOf(std::set<int>(loaded.labels.values.begin(), loaded.labels.values.end())))

@@ -69,6 +69,9 @@ inline const Option<int> repeat("--repeat", "Samples per backend, scene and size
 inline const Option<OutputFile> json("--json", "Write the results to this file");
 inline const Option<OutputFolder> output("--output", "Folder for the files, made if missing",
                                          "hdmbench-output");
+inline const Option<std::string> format("--format",
+                                        "Format of fields and images: nrrd, mha or nii.gz (NIfTI)", "nrrd",
+                                        CLI::IsMember({"nrrd", "mha", "nii.gz"}));
 } // namespace option
 
 /// --method and the schedule_keys(); with --energy where the command takes_energies.

@@ -26,8 +26,6 @@ namespace hdmbench::commands {
 
 namespace {
 
-const Option<std::string> format("--format", "Format of the displacement: nrrd, mha or nii.gz (NIfTI)",
-                                 "nrrd", CLI::IsMember({"nrrd", "mha", "nii.gz"}));
 const Option<std::string>
     accuracy("--accuracy", "Distance from finite elements that is good enough, RMS, as 0.2px or 0.1mm: with "
                            "the elastic energy, and levels and steps that follow from the scene; exit status "
@@ -369,7 +367,7 @@ void require_output(const Call& call, const Scene& scene, const std::vector<std:
       }
     }
   }
-  if (call[format] == "nii.gz" && scene.extent().axes() == 2) {
+  if (call[option::format] == "nii.gz" && scene.extent().axes() == 2) {
     throw InputError("--format nii.gz is for volumes: programs read a NIfTI file of one slice without its "
                      "place in space; give nrrd or mha");
   }
@@ -382,6 +380,17 @@ void print_phases(const json& row) {
                         "reading_seconds:reading|solution_seconds:solution|setup_seconds:its set-up|"
                         "diagnosis_seconds:diagnosis|pictures_seconds:pictures|transform_seconds:transform|"
                         "writing_seconds:writing|command_seconds:in all"));
+}
+
+/// Waits for the files, if there are to be any, and ends the row.
+void finish_files(const Call& call, std::optional<FilesOfRun>& written, const Clock& clock, json& row) {
+  if (written) {
+    written->finish(call[option::json], row);
+  } else {
+    fmt::print("  No files are written: there is no displacement.\n");
+  }
+  row["phases"]["command_seconds"] = clock.seconds();
+  print_phases(row);
 }
 
 /// Prints all that the row of a run says, and adds to it what the ranks did, where there are several.
@@ -437,7 +446,7 @@ int run_scene(Call& call) {
   }
   const Backend& backend = shared ? *shared : choose_backend(call, registry, scene);
   const Device device = backend.device(session);
-  const std::vector<std::string> files = file_names(scene, call[format], !call[no_pictures]);
+  const std::vector<std::string> files = file_names(scene, call[option::format], !call[no_pictures]);
   require_output(call, scene, files);
   require_held(scene);
 
@@ -471,13 +480,7 @@ int run_scene(Call& call) {
   row["phases"] = std::move(phases);
   progress.clear();
   print_run(call, solved, by_rank, row);
-  if (written) {
-    written->finish(call[option::json], row);
-  } else {
-    fmt::print("  No files are written: there is no displacement.\n");
-  }
-  row["phases"]["command_seconds"] = clock.seconds();
-  print_phases(row);
+  finish_files(call, written, clock, row);
   call.write(json::array({without_nulls(row)}));
   return solved.absurd.empty() && (!answer.plan || answer.plan->met) ? success : disagreement;
 }
@@ -492,7 +495,7 @@ void add_run(CLI::App& program, Call& call) {
       "deformed grid and the displacement's magnitude and change of area or volume as PNG; say what speaks\n"
       "against the result.",
       {option::scene, option::size, option::tissues, option::points, schedule_options(true),
-       backend_options(), option::output, format, transform, no_pictures, option::json,
+       backend_options(), option::output, option::format, transform, no_pictures, option::json,
        Options{accuracy, within, explain}.under("No more than the scene needs"),
        Options{sites_per_rank, halo}.under("Several processes (mpirun -n 4 hdmbench run ...)")},
       {"scene is required"});

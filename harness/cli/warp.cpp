@@ -14,8 +14,6 @@ namespace fs = std::filesystem;
 const Option<std::vector<fs::path>> images("images", "Pictures, or with --labels segmentations");
 const Option<fs::path> transform("--transform", "What run --transform wrote: .h5, .nrrd, .mha or .nii.gz");
 const Option<bool> labels("--labels", "Take the nearest pixel, not a mean of several");
-const Option<std::string> format("--format", "Format of what is written: nrrd, mha or nii.gz (NIfTI)", "nrrd",
-                                 CLI::IsMember({"nrrd", "mha", "nii.gz"}));
 
 /// Returns what an image is called when it has moved: "t1.nrrd" of "t1.nii.gz".
 std::string moved_name(const fs::path& image, const std::string& ending) {
@@ -29,7 +27,7 @@ std::string moved_name(const fs::path& image, const std::string& ending) {
 int warp_images(Call& call) {
   std::vector<std::string> files;
   for (const fs::path& image : call[images]) {
-    files.push_back(moved_name(image, call[format]));
+    files.push_back(moved_name(image, call[option::format]));
     if (const auto other = std::ranges::find(files, files.back()); other != files.end() - 1) {
       throw InputError(fmt::format("{} and {} would both become {}: call warp for each of them",
                                    call[images][static_cast<std::size_t>(other - files.begin())].string(),
@@ -58,7 +56,8 @@ void add_warp(CLI::App& program, Call& call) {
       "Move pictures as run has moved the tissue.\n"
       "Move pictures by a displacement that leads back, as run --transform writes it, each on its own\n"
       "pixels and in the patient's space, as antsApplyTransforms does; 0 where nothing comes from.",
-      {images, transform, labels, format, option::output}, {"images is required", "--transform is required"});
+      {images, transform, labels, option::format, option::output},
+      {"images is required", "--transform is required"});
 }
 
 } // namespace hdmbench::commands

@@ -8,7 +8,9 @@
 #include <bit>
 #include <cmath>
 #include <cstdint>
+#include <fstream>
 #include <limits>
+#include <string>
 #include <utility>
 
 namespace hdmbench {
@@ -16,6 +18,8 @@ namespace hdmbench {
 namespace {
 
 using images::unwritable;
+
+constexpr const char* forward_mapping = "forward: tissue at x moves to x + d(x)";
 
 /// Drivers differ in the sign of 0, and files are compared byte by byte. By its bits: compilers are told that
 /// the sign does not matter.
@@ -105,11 +109,11 @@ void write_displacement(const std::filesystem::path& file, const VectorField& di
   }
   // Who opens the file must be told. Slicer knows the third key.
   const bool is_forward = mapping == Mapping::forward;
-  images::write_pixels(file, geometry, std::move(values),
-                       {{"hdmbench mapping", is_forward ? "forward: tissue at x moves to x + d(x)"
-                                                        : "backward: what is at y came from y + d(y)"},
-                        {"hdmbench unit", "millimetre"},
-                        {"displacement field type", "modeling"}});
+  images::write_pixels(
+      file, geometry, std::move(values),
+      {{"hdmbench mapping", is_forward ? forward_mapping : "backward: what is at y came from y + d(y)"},
+       {"hdmbench unit", "millimetre"},
+       {"displacement field type", "modeling"}});
 }
 
 void require_displacement_name(const std::filesystem::path& file, Extent extent) {
@@ -129,6 +133,13 @@ void write_moved(const std::filesystem::path& file, const std::filesystem::path&
   const images::Pixels displacement = images::read_pixels(transform);
   if (displacement.geometry.components != 3) {
     throw images::unreadable(transform, "a displacement has 3 components per pixel");
+  }
+  std::string header(4096, '\0');
+  std::ifstream(transform, std::ios::binary).read(header.data(), std::ssize(header));
+  if (header.find(forward_mapping) != std::string::npos) {
+    images::remark(transform,
+                   "is the displacement of the tissue itself: as a transform it moves what was seen after "
+                   "back to before; run --transform writes the other way");
   }
   images::Pixels pixels = images::read_pixels(image);
   if (pixels.geometry.components != 1) {
