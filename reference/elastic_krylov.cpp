@@ -121,11 +121,11 @@ Eigen::SparseMatrix<double, Eigen::RowMajor, PetscInt> with_prescribed(const Ela
   return whole;
 }
 
-void set_coordinates(Extent extent, Vec coordinates) {
+void set_coordinates(Extent extent, const Point& sides, Vec coordinates) {
   double* values = nullptr;
   require(VecGetArray(coordinates, &values), "VecGetArray");
   for (std::size_t site = 0; site < extent.sites(); ++site) {
-    const Point at = place(extent, site);
+    const Point at = place(extent, site, sides);
     values = std::copy_n(at.begin(), extent.axes(), values);
   }
   values -= extent.axes() * extent.sites();
@@ -159,7 +159,7 @@ IterativeSolution solve_finite_elements_by_multigrid(const ElasticProblem& probl
   require(MatCreateVecs(matrix.get(), solution.out(), right_side.out()), "MatCreateVecs");
   require(VecDuplicate(solution.get(), coordinates.out()), "VecDuplicate");
   require(VecSetBlockSize(coordinates.get(), axes), "VecSetBlockSize");
-  set_coordinates(problem.extent, coordinates.get());
+  set_coordinates(problem.extent, problem.sides, coordinates.get());
   NullSpace rigid;
   require(MatNullSpaceCreateRigidBody(coordinates.get(), rigid.out()), "MatNullSpaceCreateRigidBody");
   require(MatSetNearNullSpace(matrix.get(), rigid.get()), "MatSetNearNullSpace");

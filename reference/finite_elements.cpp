@@ -28,15 +28,15 @@ Eigen::Index as_index(std::size_t number) {
 }
 
 /// Strain, in the order of ElementRule::elasticity, at a point from the displacements of the nodes: B.
-Eigen::MatrixXd strain_matrix(std::size_t axes, const Point& point) {
+Eigen::MatrixXd strain_matrix(std::size_t axes, const Point& sides, const Point& point) {
   const std::size_t nodes = std::size_t{1} << axes;
   Eigen::MatrixXd strain = Eigen::MatrixXd::Zero(as_index(axes * (axes + 1) / 2), as_index(axes * nodes));
   for (std::size_t node = 0; node < nodes; ++node) {
-    // N = (1 + r r_node) (1 + s s_node) ... / nodes, and a unit of r is half a pixel.
+    // N = (1 + r r_node) (1 + s s_node) ... / nodes, and a unit of r is half a side of a pixel.
     const auto side = [node](std::size_t axis) { return (node >> axis & 1) != 0 ? 1.0 : -1.0; };
     Point slope{}; // of N, by each axis
     for (std::size_t axis = 0; axis < axes; ++axis) {
-      slope[axis] = 2.0 * side(axis) / static_cast<double>(nodes);
+      slope[axis] = 2.0 * side(axis) / (static_cast<double>(nodes) * sides[axis]);
       for (std::size_t other = 0; other < axes; ++other) {
         slope[axis] *= other == axis ? 1.0 : 1.0 + point[other] * side(other);
       }
@@ -76,10 +76,12 @@ public:
       const auto bit = [node](std::size_t axis) { return static_cast<int>(node >> axis & 1); };
       offsets_.push_back(problem.extent.index(bit(0), bit(1), bit(2)));
     }
-    const ElementVector divergence = strain_matrix(axes, {}).topRows(as_index(axes)).colwise().sum();
+    const ElementVector divergence =
+        strain_matrix(axes, problem.sides, {}).topRows(as_index(axes)).colwise().sum();
     for (const QuadraturePoint& point : rule.points) {
-      const Eigen::MatrixXd strain = strain_matrix(axes, point.at);
-      // The area or volume of an element is 1, that of the unit coordinates is the number of nodes.
+      const Eigen::MatrixXd strain = strain_matrix(axes, problem.sides, point.at);
+      // The area or volume of an element is 1, whatever its sides, that of the unit coordinates is the number
+      // of nodes.
       per_node_[point.node] +=
           point.weight / static_cast<double>(nodes_) * strain.transpose() * rule.elasticity * strain;
     }
@@ -170,7 +172,7 @@ void check_support(const ElasticProblem& problem) {
   std::array<bool, 3> known{};
   const bool sprung = !problem.spring[0].empty();
   for (std::size_t site = 0; site < problem.extent.sites() && left.cols() > 0; ++site) {
-    const Point at = place(problem.extent, site);
+    const Point at = place(problem.extent, site, problem.sides);
     for (std::size_t axis = 0; axis < axes; ++axis) {
       if (problem.fixed[axis][site] == 0 && !(sprung && problem.spring[axis][site] > 0.0)) {
         continue;
@@ -208,8 +210,8 @@ void check_support(const ElasticProblem& problem) {
   throw InputError(axes == 2
                        ? fmt::format("{}it can turn about x = {}, y = {}; give x in two rows or y in "
                                      "two columns",
-                                     free_to_move, std::lround(-left(1, 0) / left(2, 0)),
-                                     std::lround(left(0, 0) / left(2, 0)))
+                                     free_to_move, std::lround(-left(1, 0) / left(2, 0) / problem.sides[0]),
+                                     std::lround(left(0, 0) / left(2, 0) / problem.sides[1]))
                        : fmt::format("{}it can turn; give all components at three sites that are not on one "
                                      "line",
                                      free_to_move));
@@ -223,11 +225,11 @@ double component(const Planes<Number>& field, std::size_t index) {
 
 } // namespace
 
-Point place(Extent extent, std::size_t site) {
+Point place(Extent extent, std::size_t site, const Point& sides) {
   const auto width = static_cast<std::size_t>(extent.width);
   const auto height = static_cast<std::size_t>(extent.height);
-  return {static_cast<double>(site % width), static_cast<double>(site / width % height),
-          static_cast<double>(site / (width * height))};
+  return {sides[0] * static_cast<double>(site % width), sides[1] * static_cast<double>(site / width % height),
+          sides[2] * static_cast<double>(site / (width * height))};
 }
 
 ElementRule ElementRule::of(Extent extent, const ElasticModel& model) {
@@ -288,7 +290,8 @@ ElasticProblem elastic_problem(const Level& level) {
                          .modulus = {level.modulus.values.begin(), level.modulus.values.end()},
                          .fixed = Planes<std::uint8_t>(level.extent),
                          .prescribed = ReferenceField(level.target),
-                         .force = {}};
+                         .force = {},
+                         .sides = level.sides};
   const bool sprung = has_springs(level);
   if (sprung) {
     problem.spring = ReferenceField(level.extent);
@@ -400,10 +403,11 @@ public:
         Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(rule.elasticity).operatorSqrt();
     for (Eigen::Index row = 0; const QuadraturePoint& point : rule.points) {
       const double share = point.weight / static_cast<double>(nodes);
-      root_.middleRows(row, rows_) = std::sqrt(share) * root_of_elasticity * strain_matrix(axes, point.at);
+      root_.middleRows(row, rows_) =
+          std::sqrt(share) * root_of_elasticity * strain_matrix(axes, problem.sides, point.at);
       row += rows_;
     }
-    mean_divergence_ = strain_matrix(axes, {}).topRows(as_index(axes)).colwise().sum();
+    mean_divergence_ = strain_matrix(axes, problem.sides, {}).topRows(as_index(axes)).colwise().sum();
     constexpr Eigen::Index at_once = 64;
     values_.resize(root_.cols(), at_once);
     moduli_.resize(points, at_once);

@@ -16,7 +16,8 @@ namespace hdmbench {
 
 /// A place or a vector along x, y and z, in pixels or voxels; z is 0 in an image.
 using Point = std::array<double, 3>;
-[[nodiscard]] Point place(Extent extent, std::size_t site);
+/// Returns where a site lies whose pixels have such sides.
+[[nodiscard]] Point place(Extent extent, std::size_t site, const Point& sides = {1.0, 1.0, 1.0});
 
 /// Where an element is integrated: unit coordinates r, s and t in [-1, 1] as in (A.1)-(A.4), and the weight.
 struct QuadraturePoint {
@@ -25,7 +26,7 @@ struct QuadraturePoint {
   double weight = 1.0;
 };
 
-/// The physics of a bilinear (Q4) or trilinear (H8) element with sides of length 1.
+/// The physics of a bilinear (Q4) or trilinear (H8) element.
 struct ElementRule {
   /// Stress (xx, yy, xy; xx, yy, zz, xy, xz, yz) from strain with engineering shears, for Young's modulus 1.
   Eigen::MatrixXd elasticity;
@@ -40,8 +41,9 @@ struct ElementRule {
   static ElementRule of(Extent extent, const ElasticModel& model);
 };
 
-/// A body whose nodes are the sites of a grid: a sheet of square elements of side 1 between the pixels of an
-/// image, or cubes between the voxels of a volume. Every list has a value per node.
+/// A body whose nodes are the sites of a grid: a sheet of rectangular elements between the pixels of an
+/// image, or boxes between the voxels of a volume. Every list has a value per node. Energies, forces and
+/// springs are over the area or volume of an element.
 struct ElasticProblem {
   Extent extent;               ///< nodes, at least 2 along each axis
   std::vector<double> modulus; ///< per node, > 0; a quadrature point has that of the nearest node
@@ -51,6 +53,7 @@ struct ElasticProblem {
   /// Of a spring from every node to `prescribed`, MPa * thickness or voxel, >= 0; may be empty: none. Read
   /// where a component is not fixed.
   ReferenceField spring{};
+  Point sides{1.0, 1.0, 1.0}; ///< of an element, as Level::sides
 };
 
 /// A body whose outermost nodes are all prescribed, every value a function of the node's place.

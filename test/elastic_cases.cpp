@@ -79,10 +79,16 @@ std::string other_field(const ElasticSession& found, const ElasticSession& expec
 ElasticCase elastic_case(Extent extent, Tissue tissue, Held held, double contrast, double poisson,
                          std::uint64_t seed) {
   const ElasticModel model{poisson, seed % 2 == 0 ? Integration::full : Integration::selective_reduced};
-  return {fmt::format("elastic_level({{{}, {}, {}}}, Tissue({}), Held({}), {}, {}), {{{}, Integration({})}}",
+  Level level = elastic_level(extent, tissue, held, contrast, seed);
+  if (seed % 3 == 0) { // rectangles or boxes
+    level.sides = {1.5, 1.0, extent.axes() == 3 ? 1.0 + 0.5 * static_cast<double>(seed % 5) : 1.0};
+  }
+  return {fmt::format("elastic_level({{{}, {}, {}}}, Tissue({}), Held({}), {}, {}), {{{}, Integration({})}}, "
+                      "sides {}",
                       extent.width, extent.height, extent.depth, static_cast<int>(tissue),
-                      static_cast<int>(held), contrast, seed, poisson, seed % 2),
-          make_elastic_hierarchy(elastic_level(extent, tissue, held, contrast, seed), model)};
+                      static_cast<int>(held), contrast, seed, poisson, seed % 2,
+                      fmt::join(level.sides, " x ")),
+          make_elastic_hierarchy(level, model)};
 }
 
 } // namespace

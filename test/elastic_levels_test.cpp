@@ -53,19 +53,22 @@ TEST(ElasticLevels, EnergyOfTheImageIsThatOfFiniteElements) {
   }
   for (const auto& [extent, models] : all) {
     for (const ElasticModel& model : models) {
-      const Level level = elastic_level(extent, Tissue::noise, Held::scattered, 100.0, 3);
-      const ElasticHierarchy hierarchy = make_elastic_hierarchy(level, model);
-      const auto session = test::scalar().open_elastic({});
-      session->load(hierarchy);
-      const VectorField field = free_field(hierarchy.levels.front(), 5);
-      session->write(0, ElasticField::displacement, field);
-      session->forces(ElasticField::displacement, ElasticField::image);
-      VectorField forces;
-      session->read(0, ElasticField::image, forces);
-      const double energy =
-          elastic_energy(elastic_problem(level), ElementRule::of(extent, model), ReferenceField(field));
-      EXPECT_NEAR(-product(field, forces) / force_unit(extent.axes(), model.poisson), energy, 1e-5 * energy)
-          << extent.text() << ", Poisson's ratio " << model.poisson;
+      for (const std::array<double, 3>& sides : {std::array{1.0, 1.0, 1.0}, {1.5, 1.0, 4.0}}) {
+        Level level = elastic_level(extent, Tissue::noise, Held::scattered, 100.0, 3);
+        level.sides = {sides[0], sides[1], extent.axes() == 3 ? sides[2] : 1.0};
+        const ElasticHierarchy hierarchy = make_elastic_hierarchy(level, model);
+        const auto session = test::scalar().open_elastic({});
+        session->load(hierarchy);
+        const VectorField field = free_field(hierarchy.levels.front(), 5);
+        session->write(0, ElasticField::displacement, field);
+        session->forces(ElasticField::displacement, ElasticField::image);
+        VectorField forces;
+        session->read(0, ElasticField::image, forces);
+        const double energy =
+            elastic_energy(elastic_problem(level), ElementRule::of(extent, model), ReferenceField(field));
+        EXPECT_NEAR(-product(field, forces) / force_unit(level, model.poisson), energy, 1e-5 * energy)
+            << extent.text() << ", Poisson's ratio " << model.poisson << ", sides " << sides[0];
+      }
     }
   }
 }
@@ -86,7 +89,8 @@ TEST(ElasticLevels, CoarseOnesAreGalerkinProducts) {
   for (const auto& [extent, models] : bodies) {
     for (const ElasticModel& model : models) {
       for (const Held held : test::all_held) {
-        const Level level = elastic_level(extent, Tissue::noise, held, 100.0, 4);
+        Level level = elastic_level(extent, Tissue::noise, held, 100.0, 4);
+        level.sides[1] = model.poisson == 0.3 ? 2.5 : 1.0;
         const ElasticHierarchy hierarchy = make_elastic_hierarchy(level, model);
         const auto session = test::scalar().open_elastic({});
         session->load(hierarchy);
@@ -141,20 +145,27 @@ double stiffest_wave(const Level& cell, const ElasticModel& model) {
 
 /// One corner that is a thousand times stiffer than the others is an image's worst.
 TEST(ElasticLevels, SweepsOfTheImageLetNoWaveGrow) {
-  for (const Extent extent : {Extent{2, 2}, {2, 2, 2}}) {
+  for (const auto& [extent, sides] : {std::pair{Extent{2, 2}, std::array{1.0, 1.0, 1.0}},
+                                      {{2, 2, 2}, {1.0, 1.0, 1.0}},
+                                      {{2, 2}, {1.0, 2.0, 1.0}},
+                                      {{2, 2}, {6.0, 1.0, 1.0}},
+                                      {{2, 2, 2}, {1.0, 1.0, 6.0}},
+                                      {{2, 2, 2}, {2.5, 1.0, 1.5}}}) {
     for (const ElasticModel& model :
          std::initializer_list<ElasticModel>{0.0, 0.3, 0.49, {0.3, selective}, {0.49, selective}}) {
       test::Uniform uniform(6);
       double worst = 0.0;
       for (int round = 0; round < 300; ++round) {
         Level cell = test::plain_level(extent);
+        cell.sides = sides;
         std::ranges::generate(cell.modulus.values, [&] {
           return uniform() < 0.5 ? 1.0F : static_cast<float>(std::pow(1000.0, uniform()));
         });
         worst = std::max(worst, stiffest_wave(cell, model));
       }
-      const std::string of = fmt::format("{}, Poisson's ratio {}, integration {}", extent.text(),
-                                         model.poisson, static_cast<int>(model.integration));
+      const std::string of =
+          fmt::format("{} of {}, Poisson's ratio {}, integration {}", extent.text(), fmt::join(sides, " x "),
+                      model.poisson, static_cast<int>(model.integration));
       EXPECT_LT(worst, 2.0) << of;
       EXPECT_GT(worst, 1.7) << of << ": they go less than they might";
     }

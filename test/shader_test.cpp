@@ -93,7 +93,8 @@ TEST(Shaders, AreStrictGlsl) {
       const ElasticKernel kernel{.step = static_cast<ElasticStep>(step),
                                  .has_load = step % 2 == 0,
                                  .is_image = is_image,
-                                 .has_masked = !is_image};
+                                 .has_masked = !is_image,
+                                 .has_boxes = step % 2 == 0};
       for (const std::size_t axes : {2, 3}) {
         texts.emplace_back("elastic.frag", gl::elastic_fragment_text(kernel, axes));
         kinds.push_back({.kernel = Kernel::elastic,
@@ -104,7 +105,8 @@ TEST(Shaders, AreStrictGlsl) {
                                        {"BY_LIST", !is_image},
                                        {"LANES", 16},
                                        {"ROWS", 4},
-                                       {"COLUMNS", 2}},
+                                       {"COLUMNS", 2},
+                                       {"BOXES", step % 2 == 0}},
                          .axes = axes});
       }
     }

@@ -21,10 +21,8 @@ public:
 
   /// Both must outlive this object.
   ElasticAnswers(const ElasticHierarchy& hierarchy, const ElasticFields& fields)
-      : hierarchy_(hierarchy), fields_(fields),
-        axes_(hierarchy.levels.front().grid.axes()), ratio_{{Scalar(hierarchy.ratio.nu),
-                                                             Scalar(hierarchy.ratio.shear)},
-                                                            Scalar(hierarchy.ratio.lame)} {}
+      : hierarchy_(hierarchy), fields_(fields), axes_(hierarchy.levels.front().grid.axes()),
+        boxes_(hierarchy.ratio.has_boxes()), ratio_(hierarchy.ratio.template as<Scalar>()) {}
 
   /// What a step makes of site (x, y, z) of level made_on().
   [[nodiscard]] Answer of(const MethodStep& step, int x, int y, int z) const {
@@ -175,6 +173,10 @@ private:
         return force_of_masked(here.masked, i, corner, site);
       }
     }
+    if (boxes_) {
+      return axes_ == 2 ? force_by_moments<Elastic<Scalar, true>>(here, at, corner, site)
+                        : force_by_moments<ElasticVolume<Scalar, true>>(here, at, corner, site);
+    }
     return axes_ == 2 ? force_by_moments<Arithmetic>(here, at, corner, site)
                       : force_by_moments<Volume>(here, at, corner, site);
   }
@@ -295,7 +297,8 @@ private:
   const ElasticHierarchy& hierarchy_;
   const ElasticFields& fields_;
   std::size_t axes_;
-  typename Arithmetic::Ratios ratio_;
+  bool boxes_;
+  ElasticRatios<Scalar> ratio_;
 };
 
 } // namespace hdmbench

@@ -368,7 +368,7 @@ private:
                      const std::array<ConstElasticRow, 2 << (axes - 2)>& sites,
                      const std::array<ElasticRow, 2 << (axes - 2)>& on_rows) {
     const std::size_t at = level.grid.index(0, y, z);
-    const auto& rows = rows_->cells<axes>();
+    const auto& rows = rows_->cells<axes>(ratio_.has_boxes());
     openmp::CellRow<axes> row;
     const bool by_moduli = level.moments.size() == 1;
     for (std::size_t i = 0; i < (by_moduli ? sites.size() : level.moments.size()); ++i) {
@@ -420,7 +420,7 @@ private:
 
   const ElasticRows* rows_;
   const MixedCells* mixed_;
-  ElasticInFloat::Ratios ratio_;
+  ElasticRatios<float> ratio_;
   std::size_t axes_;
   std::size_t pitch_;
   std::vector<float> lines_;

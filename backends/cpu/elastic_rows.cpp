@@ -4,31 +4,30 @@
 
 #include "kernels/specification/elastic/elastic.hpp"
 
-#include <type_traits>
-
 namespace hdmbench::openmp::HDMBENCH_INSTRUCTION_SET {
 
 namespace {
 
 using InFloat = Elastic<float>;
 using Volume = ElasticVolume<float>;
+template <bool boxes>
+using ImageCells = Elastic<float, boxes>;
+template <bool boxes>
+using VolumeCells = ElasticVolume<float, boxes>;
 
 // The bodies of loops are functions of their own: locals declared inside an `omp simd` loop would become
 // arrays in memory.
 
-template <std::size_t axes>
-using Cells = std::conditional_t<axes == 2, InFloat, Volume>;
-
 /// Eight numbers of a row of cells of a volume, or four, beside each other: of these rows of sites.
-template <std::size_t axes, typename Row>
-HDM_FUNCTION typename Cells<axes>::CellCorners corners_at(const Row& row, int i) {
-  return Cells<axes>::corners_of([&](int corner) HDM_INLINED { return row(corner / 2)[i + corner % 2]; });
+template <typename Cells, typename Row>
+HDM_FUNCTION typename Cells::CellCorners corners_at(const Row& row, int i) {
+  return Cells::corners_of([&](int corner) HDM_INLINED { return row(corner / 2)[i + corner % 2]; });
 }
 
-template <std::size_t axes>
-HDM_FUNCTION auto displacements_at(const CellRow<axes>& row, int i) {
+template <typename Cells>
+HDM_FUNCTION auto displacements_at(const CellRow<Cells::axes>& row, int i) {
   return [&row, i](int axis) HDM_INLINED {
-    return corners_at<axes>([&](int number) HDM_INLINED { return row.sites[number].of[axis]; }, i);
+    return corners_at<Cells>([&](int number) HDM_INLINED { return row.sites[number].of[axis]; }, i);
   };
 }
 
@@ -36,16 +35,17 @@ HDM_FUNCTION auto stored_at(const CellRow<3>& row, int i) {
   return [&row, i](int axis, int corner, float force) HDM_INLINED { row.made[8 * axis + corner][i] = force; };
 }
 
-template <std::size_t axes>
-HDM_FUNCTION auto moments_at(const CellRow<axes>& row, int i) {
-  return Cells<axes>::moments_of([&](int number) HDM_INLINED { return row.moments[number][i]; });
+template <typename Cells>
+HDM_FUNCTION auto moments_at(const CellRow<Cells::axes>& row, int i) {
+  return Cells::moments_of([&](int number) HDM_INLINED { return row.moments[number][i]; });
 }
 
 /// Of an image the tension, from which forces are made when the cell beside it is known: fewer numbers.
+template <typename Cells>
 HDM_FUNCTION void image_at(const CellRow<2>& row, int i) {
-  const auto displacement = displacements_at(row, i);
-  const InFloat::CellTension tension =
-      InFloat::cell_tension(moments_at(row, i), displacement(0), displacement(1), row.ratio);
+  const auto displacement = displacements_at<Cells>(row, i);
+  const typename Cells::CellTension tension = Cells::cell_tension(moments_at<Cells>(row, i), displacement(0),
+                                                                  displacement(1), Cells::law_of(row.ratio));
   row.made[0][i] = tension.top;
   row.made[1][i] = tension.bottom;
   row.made[2][i] = tension.left;
@@ -53,19 +53,23 @@ HDM_FUNCTION void image_at(const CellRow<2>& row, int i) {
   row.made[4][i] = tension.shear;
 }
 
+template <typename Cells>
 HDM_FUNCTION void volume_at(const CellRow<3>& row, int i) {
-  Volume::for_each_force(moments_at(row, i), displacements_at(row, i), row.ratio, stored_at(row, i));
+  Cells::for_each_force(moments_at<Cells>(row, i), displacements_at<Cells>(row, i), row.ratio,
+                        stored_at(row, i));
 }
 
+template <typename Cells>
 HDM_FUNCTION void of_moduli_at(const CellRow<3>& row, int i) {
-  const auto moduli = corners_at<3>([&](int number) HDM_INLINED { return row.moments[number]; }, i);
-  Volume::for_each_force(Volume::image_cell(moduli, row.bend), displacements_at(row, i), row.ratio,
-                         stored_at(row, i));
+  const auto moduli = corners_at<Cells>([&](int number) HDM_INLINED { return row.moments[number]; }, i);
+  Cells::for_each_force(Cells::image_cell(moduli, row.bend), displacements_at<Cells>(row, i), row.ratio,
+                        stored_at(row, i));
 }
 
+template <typename Cells>
 HDM_FUNCTION void uniform_at(const CellRow<3>& row, int i) {
-  Volume::for_each_force_of_uniform(row.moments[0][i], displacements_at(row, i), row.ratio, row.bend,
-                                    stored_at(row, i));
+  Cells::for_each_force_of_uniform(row.moments[0][i], displacements_at<Cells>(row, i), row.ratio, row.bend,
+                                   stored_at(row, i));
 }
 
 template <std::size_t axes, auto at>
@@ -83,35 +87,40 @@ void all_cells(const CellRow<axes>& row) {
   each_cell<axes, at>(row, 0, row.cells);
 }
 
+template <bool boxes>
 void of_moduli(const CellRow<3>& row, int first, int last) {
-  each_cell<3, of_moduli_at>(row, first, last);
+  each_cell<3, of_moduli_at<VolumeCells<boxes>>>(row, first, last);
 }
 
-HDM_FUNCTION InFloat::CellTension tension_at(const CellRow<2>& row, int i) {
+template <typename Cells>
+HDM_FUNCTION typename Cells::CellTension tension_at(const CellRow<2>& row, int i) {
   return {row.made[0][i], row.made[1][i], row.made[2][i], row.made[3][i], row.made[4][i]};
 }
 
+template <typename Cells>
 HDM_FUNCTION void image_forces_at(const CellRow<2>& row, const ElasticRow& above, const ElasticRow& below,
                                   int i) {
-  const InFloat::CellTension west = tension_at(row, i - 1);
-  const InFloat::CellTension east = tension_at(row, i);
-  const InFloat::Force west_above = InFloat::force_on_top_right(west);
-  const InFloat::Force east_above = InFloat::force_on_top_left(east);
-  const InFloat::Force west_below = InFloat::force_on_bottom_right(west);
-  const InFloat::Force east_below = InFloat::force_on_bottom_left(east);
+  const auto law = Cells::law_of(row.ratio);
+  const auto west = tension_at<Cells>(row, i - 1);
+  const auto east = tension_at<Cells>(row, i);
+  const auto west_above = Cells::force_on_top_right(west, law);
+  const auto east_above = Cells::force_on_top_left(east, law);
+  const auto west_below = Cells::force_on_bottom_right(west, law);
+  const auto east_below = Cells::force_on_bottom_left(east, law);
   above.of[0][i] = west_above.x + east_above.x;
   above.of[1][i] = west_above.y + east_above.y;
   below.of[0][i] = west_below.x + east_below.x;
   below.of[1][i] = west_below.y + east_below.y;
 }
 
+template <bool boxes>
 void image_forces(const CellRow<2>& given, const ElasticRow* to) {
   const CellRow<2> row = given;
   const ElasticRow above = to[0];
   const ElasticRow below = to[1];
 #pragma omp simd
   for (int i = 0; i <= row.cells; ++i) {
-    image_forces_at(row, above, below, i);
+    image_forces_at<ImageCells<boxes>>(row, above, below, i);
   }
 }
 
@@ -336,21 +345,27 @@ void add_column(int count, const float* column, float load, float* sums) {
   }
 }
 
+template <bool boxes>
+constexpr CellRows<2> of_image{all_cells<2, image_at<ImageCells<boxes>>>, nullptr, nullptr, of_matrix<2>,
+                               image_forces<boxes>};
+template <bool boxes>
+constexpr CellRows<3> of_volume{all_cells<3, volume_at<VolumeCells<boxes>>>, of_moduli<boxes>,
+                                all_cells<3, uniform_at<VolumeCells<boxes>>>, of_matrix<3>, volume_forces};
+
 } // namespace
 
-const ElasticRows elastic_rows{
-    {all_cells<2, image_at>, nullptr, nullptr, of_matrix<2>, image_forces},
-    {all_cells<3, volume_at>, of_moduli, all_cells<3, uniform_at>, of_matrix<3>, volume_forces},
-    add,
-    residual,
-    relax,
-    keep_free,
-    restrict_along,
-    restrict_across,
-    correct,
-    advance,
-    product_squares,
-    square_sums,
-    add_column};
+const ElasticRows elastic_rows{{of_image<false>, of_image<true>},
+                               {of_volume<false>, of_volume<true>},
+                               add,
+                               residual,
+                               relax,
+                               keep_free,
+                               restrict_along,
+                               restrict_across,
+                               correct,
+                               advance,
+                               product_squares,
+                               square_sums,
+                               add_column};
 
 } // namespace hdmbench::openmp::HDMBENCH_INSTRUCTION_SET

@@ -40,7 +40,7 @@ struct CellRow {
   /// As ElasticLevel::moments; of a volume's image four rows of moduli, as sites.
   const float* moments[axes == 2 ? 6 : 23];
   ConstElasticRow sites[2 << (axes - 2)]; ///< displacements of the rows at its corners: y, then z
-  ElasticInFloat::Ratios ratio;
+  ElasticRatios<float> ratio;
   float bend; ///< ElasticLevel::bend
   int cells;
   /// Written: of an image the CellTension, of a volume the force on each corner, component by component.
@@ -64,16 +64,16 @@ struct CellRows {
 /// Rows of the elastic energy.
 struct ElasticRows {
   template <std::size_t axes>
-  [[nodiscard]] const CellRows<axes>& cells() const {
+  [[nodiscard]] const CellRows<axes>& cells(bool are_boxes) const {
     if constexpr (axes == 2) {
-      return of_image;
+      return of_image[are_boxes ? 1 : 0];
     } else {
-      return of_volume;
+      return of_volume[are_boxes ? 1 : 0];
     }
   }
 
-  CellRows<2> of_image;
-  CellRows<3> of_volume;
+  CellRows<2> of_image[2]; ///< of squares, of rectangles
+  CellRows<3> of_volume[2];
   void (*add)(int count, const float* first, const float* second, float* sum);
   /// residual = (from_north + from_south), with the load where there is one.
   void (*residual)(int sites, const float* load, const float* from_north, const float* from_south,

@@ -26,8 +26,9 @@ struct ElasticProgram {
       : program(api, {{GL_VERTEX_SHADER, std::string(sources::quad_vertex)},
                       {GL_FRAGMENT_SHADER, elastic_fragment_text(kernel, axes)}}),
         extent(program.uniform("extent")), numbers(program.uniform("numbers")),
-        from_slices(program.uniform("from_slices")), second_slices(program.uniform("second_slices")),
-        to_slices(program.uniform("to_slices")), slice(program.uniform("slice")) {
+        law(program.uniform("law_told")), from_slices(program.uniform("from_slices")),
+        second_slices(program.uniform("second_slices")), to_slices(program.uniform("to_slices")),
+        slice(program.uniform("slice")) {
     program.use();
     std::array<GLint, 8> units{};
     std::iota(units.begin(), units.end(), GLint{moments});
@@ -41,6 +42,7 @@ struct ElasticProgram {
   Program program;
   GLint extent;
   GLint numbers;
+  GLint law;
   GLint from_slices; ///< this and what follows -1 in an image
   GLint second_slices;
   GLint to_slices;
@@ -188,14 +190,14 @@ private:
     const auto height = static_cast<GLfloat>(p.from.height);
     if (axes_ == 3) {
       gl_.Uniform3f(kernel.extent, width, height, static_cast<GLfloat>(p.from.depth));
-      gl_.Uniform4f(kernel.numbers, p.lame, p.shear, p.factor, 0.0F);
       texture(call.from).tell_slices(kernel.from_slices);
       texture(call.second).tell_slices(kernel.second_slices);
       to.tell_slices(kernel.to_slices);
     } else {
       gl_.Uniform2f(kernel.extent, width, height);
-      gl_.Uniform4f(kernel.numbers, p.nu, p.shear, p.factor, 0.0F);
     }
+    gl_.Uniform4f(kernel.law, p.law[0], p.law[1], p.law[2], p.bend);
+    gl_.Uniform4f(kernel.numbers, p.factor, 0.0F, 0.0F, 0.0F);
     const LevelTextures& constants = levels_.at(static_cast<std::size_t>(call.from.level));
     texture(call.from).bind(from);
     texture(call.second).bind(second);
@@ -271,9 +273,9 @@ std::unique_ptr<ElasticSession> make_elastic_fragment(std::string name, std::uni
 std::string elastic_fragment_text(const ElasticKernel& kernel, std::size_t axes) {
   return assemble(sources::elastic_fragment,
                   fmt::format("#define STEP {:d}\n#define HAS_LOAD {:d}\n#define IS_IMAGE {:d}\n"
-                              "#define HAS_MASKED {:d}\n#define HDM_AXES {}\n",
+                              "#define HAS_MASKED {:d}\n#define BOXES {:d}\n#define HDM_AXES {}\n",
                               static_cast<int>(kernel.step), kernel.has_load, kernel.is_image,
-                              kernel.has_masked, axes));
+                              kernel.has_masked, kernel.has_boxes, axes));
 }
 
 } // namespace hdmbench::gl

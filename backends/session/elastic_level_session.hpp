@@ -58,21 +58,27 @@ public:
               {.step = ElasticStep::relax,
                .has_load = has_load,
                .is_image = is_volume_ && is_image,
-               .has_masked = has_masked(level)},
+               .has_masked = has_masked(level),
+               .has_boxes = has_boxes()},
               from, has_load ? load : from);
       break;
     case MethodStep::Kind::relax_from_zero:
       replace(step, {.step = ElasticStep::relax_from_zero}, load, load);
       break;
     case MethodStep::Kind::forces:
-      replace(step, {.step = ElasticStep::residual, .is_image = true, .has_masked = has_masked(level)}, from,
-              from);
+      replace(step,
+              {.step = ElasticStep::residual,
+               .is_image = true,
+               .has_masked = has_masked(level),
+               .has_boxes = has_boxes()},
+              from, from);
       break;
     case MethodStep::Kind::restrict_residual:
       run({.step = ElasticStep::residual,
            .has_load = has_load,
            .is_image = is_image,
-           .has_masked = has_masked(level)},
+           .has_masked = has_masked(level),
+           .has_boxes = has_boxes()},
           from, has_load ? load : from, spare(level));
       run({.step = ElasticStep::restrict_sites}, spare(level), spare(level),
           array(level + 1, ElasticField::load));
@@ -153,6 +159,11 @@ private:
   }
   [[nodiscard]] int levels() const { return static_cast<int>(slots_.size()); }
   [[nodiscard]] bool has_masked(int level) const { return !level_at(level).masked.empty(); }
+  [[nodiscard]] bool has_boxes() const { return hierarchy().ratio.has_boxes(); }
+  [[nodiscard]] std::array<float, 3> law() const {
+    const ElasticRatios<float>& ratio = hierarchy().ratio;
+    return is_volume_ ? std::array{ratio.lame, ratio.y, ratio.z} : std::array{ratio.nu, ratio.shear, ratio.y};
+  }
 
   /// What the step makes = what `kernel` makes of the arrays.
   void replace(const MethodStep& step, const ElasticKernel& kernel, ElasticArray from, ElasticArray second) {
@@ -174,16 +185,14 @@ private:
                                       .pitch = static_cast<std::int32_t>(part.pitch),
                                       .layer = static_cast<std::int32_t>(part.layer)};
     };
-    const ElasticParameters parameters{.nu = hierarchy().ratio.nu,
-                                       .shear = is_volume_ ? hierarchy().levels.front().bend
-                                                           : hierarchy().ratio.shear,
-                                       .lame = hierarchy().ratio.lame,
+    const ElasticParameters parameters{.law = law(),
                                        .plane = static_cast<std::int32_t>(layout_.size),
                                        .moments_from = static_cast<std::int32_t>(layout_.moments_from()),
                                        .factor = factor,
                                        .to = place(part(to), sites),
                                        .from = place(part(from), from_sites),
-                                       .second = place(part(second), part(second).sites)};
+                                       .second = place(part(second), part(second).sites),
+                                       .bend = hierarchy().levels.front().bend};
     calls_.push_back({kernel, from, second, to, parameters});
     constexpr std::size_t most = 1024;
     if (calls_.size() == most) {
@@ -222,9 +231,7 @@ private:
   }
   [[nodiscard]] ElasticTogether together(std::span<const ElasticCall> calls) const {
     const ElasticLayout::Part& finest = layout_.levels[static_cast<std::size_t>(coarse_)];
-    ElasticTogether coarse{.nu = hierarchy().ratio.nu,
-                           .shear = is_volume_ ? hierarchy().levels.front().bend : hierarchy().ratio.shear,
-                           .lame = hierarchy().ratio.lame,
+    ElasticTogether coarse{.law = law(),
                            .plane = static_cast<std::int32_t>(layout_.size),
                            .moments_from = static_cast<std::int32_t>(layout_.moments_from()),
                            .base = static_cast<std::int32_t>(coarse_base()),

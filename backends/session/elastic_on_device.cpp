@@ -110,6 +110,7 @@ public:
       slots_ = {};
     }
     layout_ = layout;
+    has_boxes_ = hierarchy.ratio.has_boxes();
     const auto size = static_cast<std::size_t>(layout.size);
     Commands zeros;
     for (std::size_t i = 0; i < slots_.size(); ++i) {
@@ -322,7 +323,8 @@ private:
                                                            {"BY_LIST", by_list ? 1 : 0},
                                                            {"LANES", items.lanes},
                                                            {"ROWS", items.rows},
-                                                           {"COLUMNS", items.columns}},
+                                                           {"COLUMNS", items.columns},
+                                                           {"BOXES", kernel.has_boxes ? 1 : 0}},
                                              .axes = axes_})};
     std::ranges::transform(fixed_, dispatch.arrays.begin(), [](const auto& array) { return array.get(); });
     return dispatch;
@@ -355,7 +357,7 @@ private:
         seen_by_kernels({.width = steps.width, .height = steps.height, .depth = steps.depth});
     steps.height = finest.height;
     steps.depth = finest.depth;
-    Dispatch dispatch = dispatch_of({.has_load = true}, false, true);
+    Dispatch dispatch = dispatch_of({.has_load = true, .has_boxes = has_boxes_}, false, true);
     for (std::size_t i = 0; i < elastic_slots_on_levels; ++i) {
       dispatch.arrays[ELASTIC_FROM + i] = slots_[i].get();
       dispatch.arrays[ELASTIC_STORED + i] = slots_[i].get();
@@ -377,6 +379,7 @@ private:
   Programs programs_;
   ElasticLayout layout_;
   std::size_t axes_ = 2;
+  bool has_boxes_ = false;
   std::array<std::unique_ptr<Array>, elastic_slots + 2> slots_; ///< components of all levels, and sums
   std::array<std::unique_ptr<Array>, binding::count> fixed_;    ///< what does not change, by its binding
   std::vector<std::int32_t> touched_;                           ///< touched_sites()

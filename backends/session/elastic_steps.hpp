@@ -98,6 +98,7 @@ struct ElasticKernel {
   /// volume: cells are those of eight moduli.
   bool is_image = false;
   bool has_masked = false; ///< relax, residual: the level has masked cells
+  bool has_boxes = false;  ///< relax, residual: cells are no squares or cubes
 
   auto operator<=>(const ElasticKernel&) const = default;
 };
@@ -113,9 +114,7 @@ struct ElasticParameters {
     std::int32_t pitch = 0;
     std::int32_t layer = 0;
   };
-  float nu = 0.0F;
-  float shear = 0.0F;            ///< in a volume ElasticLevel::bend of the finest level
-  float lame = 0.0F;             ///< of a volume
+  std::array<float, 3> law{};    ///< the members of Law (kernels/specification/elastic)
   std::int32_t plane = 0;        ///< floats from the plane of a component to the next
   std::int32_t moments_from = 0; ///< sites before the first level with moments, in a volume the second
   float factor = 0.0F;
@@ -124,6 +123,7 @@ struct ElasticParameters {
   Place to; ///< what is computed
   Place from;
   Place second;
+  float bend = 1.0F; ///< of a volume ElasticLevel::bend of the finest level
 };
 
 struct ElasticCall {
@@ -137,9 +137,7 @@ struct ElasticCall {
 /// Steps on the coarsest levels in one go, by one work group. Their arrays begin with those of the level
 /// `finest`.
 struct ElasticTogether {
-  float nu = 0.0F; ///< this and what follows as ElasticParameters
-  float shear = 0.0F;
-  float lame = 0.0F;
+  std::array<float, 3> law{}; ///< this and what follows as ElasticParameters
   std::int32_t plane = 0;
   std::int32_t moments_from = 0;
   std::int32_t base = 0; ///< where they begin in those of all levels

@@ -161,7 +161,7 @@ private:
     // What pulls back where the sheet is free is minus what does it.
     const ElasticHierarchy free = make_elastic_hierarchy(sheet_, poisson_, Springs::none);
     session_.load(free);
-    const auto unit = static_cast<float>(-force_unit(2, poisson_));
+    const auto unit = static_cast<float>(-force_unit(sheet_, poisson_));
     for (Drive& drive : drives_) {
       session_.write(0, ElasticField::displacement, drive.displacement);
       session_.forces(ElasticField::displacement, ElasticField::load);

@@ -41,6 +41,32 @@ Scene selective_cube(Extent extent) {
   return scene;
 }
 
+/// `scene` with sides of pixels, or of voxels, that are not the same.
+std::function<Scene(Extent)> with_boxes(const std::string& scene) {
+  return [scene](Extent extent) {
+    Scene boxes = load_scene(scene, {.size = extent});
+    boxes.name += "-boxes";
+    boxes.source.clear();
+    boxes.full.sides = {1.5, 1.0, extent.axes() == 3 ? 2.5 : 1.0};
+    boxes.elastic.integration = extent.axes() == 3 ? Integration::selective_reduced : Integration::full;
+    use_energy(boxes, energy_near(ReferenceSolution::finite_elements));
+    return boxes;
+  };
+}
+
+/// What has kernels of its own: a sheet and a body of boxes.
+std::vector<Case> box_cases(int iterations) {
+  std::vector<Case> cases;
+  for (const auto& [scene, size] : {std::pair{"random", Extent{57, 43}}, {"ball", Extent{14, 17, 11}}}) {
+    cases.push_back({.scene = fmt::format("{}-boxes", scene),
+                     .size = size,
+                     .method = std::string(elastic_conjugate_gradients),
+                     .iterations = iterations,
+                     .generate = with_boxes(scene)});
+  }
+  return cases;
+}
+
 /// The names of all methods of the thesis's energy but its own, which the scenes have.
 std::vector<std::string> other_methods() {
   std::vector<std::string> names;
@@ -131,6 +157,7 @@ std::vector<Case> verify_cases(bool quick) {
                    .method = std::string(elastic_conjugate_gradients),
                    .iterations = 2,
                    .generate = selective_cube});
+  std::ranges::move(box_cases(2), std::back_inserter(cases));
   return cases;
 }
 
@@ -161,6 +188,7 @@ std::vector<Case> golden_cases() {
     cases.push_back({.scene = "random", .size = small_volume, .method = method, .iterations = few});
   }
   std::ranges::move(volume_cases(few, few), std::back_inserter(cases));
+  std::ranges::move(box_cases(few), std::back_inserter(cases));
   return cases;
 }
 

@@ -44,12 +44,12 @@ void limit_iterations(Scene& scene, const Case& one);
 /// all backends; every other method on the scene that has another modulus at every site, so that each rule
 /// and order of sites is compared; then all scenes (`quick`: two) with the elastic energy, a few steps of
 /// conjugate gradients, in which all of its arithmetic is; and all of this in small volumes, one of which is
-/// integrated selectively.
+/// integrated selectively; an image and a volume of boxes.
 [[nodiscard]] std::vector<Case> verify_cases(bool quick = false);
 
 /// What `golden` has hashes of, with few iterations: every shipped scene by its own method, `square` at a
 /// second size, and every other method of both energies on `random`; some scenes by conjugate gradients, too;
-/// volumes of both energies.
+/// volumes of both energies; boxes.
 [[nodiscard]] std::vector<Case> golden_cases();
 
 } // namespace hdmbench

@@ -73,6 +73,10 @@ private:
 std::uint64_t hierarchy_hash(const ElasticHierarchy& hierarchy) {
   StateHash hash;
   hash.add(hierarchy.ratio.nu);
+  if (hierarchy.ratio.has_boxes()) {
+    hash.add(hierarchy.ratio.y);
+    hash.add(hierarchy.ratio.z);
+  }
   for (const ElasticLevel& level : hierarchy.levels) {
     hash.add(level.grid.sites);
     if (level.bend != 1.0F) { // hashes in golden files are older

@@ -72,6 +72,15 @@ Options schedule_options(bool takes_energies) {
   return all;
 }
 
+const RegisteredEnergy*
+ScheduleOverrides::energy_to_be(const std::optional<std::string>& other_method) const {
+  const auto own_method = given.find("method");
+  if (energy != nullptr || (!other_method && own_method == given.end())) {
+    return energy;
+  }
+  return &energy_of(find_method(other_method ? *other_method : own_method->second));
+}
+
 void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& other_method) const {
   if (energy != nullptr) {
     use_energy(scene, *energy);
@@ -144,7 +153,9 @@ Scene scene_of(const Call& call, const Option<std::string>& name) {
                                         .orientation = call[option::orientation],
                                         .slice = call[option::slice],
                                         .tissues = call[option::tissues],
-                                        .points = call[option::points]});
+                                        .points = call[option::points],
+                                        .energy = call.schedule.energy_to_be(),
+                                        .as_cubes = !call.schedule.takes_boxes});
   call.schedule.apply(scene);
   return scene;
 }
@@ -253,7 +264,9 @@ std::vector<SceneLoader> scene_loaders(const Call& call, const std::vector<std::
       for (const std::optional<std::string>& method : chosen) {
         loaders.push_back([&call, name, extent, method] {
           return load_unless_missing(name, !call[option::scenes].empty(), [&] {
-            Scene scene = load_scene(name, {.size = extent});
+            Scene scene = load_scene(name, {.size = extent,
+                                            .energy = call.schedule.energy_to_be(method),
+                                            .as_cubes = !call.schedule.takes_boxes});
             call.schedule.apply(scene, method);
             return scene;
           });

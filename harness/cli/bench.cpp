@@ -218,6 +218,7 @@ int measure_scenes(Call& call) {
   const auto registry = make_backends();
   Progress progress;
   Bench bench(progress);
+  call.schedule.takes_boxes = true;
   if (call[kernels]) {
     refuse_idle(*call.command, {"--work", "--scaling", "--reference", "--method", "--methods"},
                 "it belongs to whole solutions, not to --kernels");

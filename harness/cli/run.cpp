@@ -21,6 +21,8 @@
 #include <cmath>
 #include <iterator>
 #include <limits>
+#include <ranges>
+#include <span>
 
 namespace hdmbench::commands {
 
@@ -308,9 +310,15 @@ json row_of(const Solved& solved) {
 /// Prints how the scene was solved: the plan, with its steps where they are to be explained, or the levels.
 void print_way(const Solved& solved, const json& row, bool explained) {
   const Scene& scene = solved.scene;
-  fmt::print("{}\n{} {} of {:.4g} mm, {} on {} ({})\n\n", scene.title, scene.extent().text(),
-             solved.is_volume() ? "voxels" : "pixels", scene.spacing, solved.method(), solved.name,
-             solved.device);
+  const auto sides = std::span(scene.full.sides).first(scene.extent().axes());
+  std::string side = fmt::format("{:.4g}", scene.spacing);
+  if (scene.full.sides != Level{}.sides) {
+    side = fmt::format(
+        "{:.4g}",
+        fmt::join(sides | std::views::transform([&](double one) { return one * scene.spacing; }), " x "));
+  }
+  fmt::print("{}\n{} {} of {} mm, {} on {} ({})\n\n", scene.title, scene.extent().text(),
+             solved.is_volume() ? "voxels" : "pixels", side, solved.method(), solved.name, solved.device);
   if (!solved.plan) {
     print_levels(solved.solution, is_inspected(scene.extent()) && !scene.energy->is_of_cells());
     return;
@@ -433,6 +441,7 @@ int run_scene(Call& call) {
   const PeakMemory memory;
   Progress progress(call.speaks());
   progress.describe(fmt::format("prepare {}", call[option::scene]));
+  call.schedule.takes_boxes = true;
   Scene scene = load_for(call);
   phases["reading_seconds"] = clock.seconds();
   require_same_scenes(call, {&scene, 1});

@@ -4,6 +4,7 @@
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
+#include "harness/scene/images/pixels.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/solve/stopwatch.hpp"
 
@@ -12,6 +13,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <iterator>
 #include <span>
 #include <utility>
@@ -35,26 +37,45 @@ ScalarField upright(const ScalarField& slice, const Plane& plane) {
   return turned;
 }
 
+/// A slice of rectangles as squares of their shorter side. `pixel`: Level::sides.
+ScalarField in_squares(ScalarField slice, const Plane& plane, const std::array<double, 3>& pixel) {
+  const double across = pixel[plane.axis == 0 ? 1 : 0];
+  const double down = pixel[plane.axis == 2 ? 1 : 2];
+  if (across == 1.0 && down == 1.0) {
+    return slice;
+  }
+  const auto count = [](int sites, double side) {
+    return static_cast<int>(std::lround((sites - 1) * side)) + 1;
+  };
+  ScalarField result({count(slice.extent.width, across), count(slice.extent.height, down)});
+  for_each_site(result.extent, [&](int column, int row) {
+    result.values[result.extent.index(column, row)] =
+        images::linear_at(slice.values, slice.extent, column / across, row / down);
+  });
+  return result;
+}
+
 /// Writes the pictures; of a volume the planes to show stand beside each other. `files`: as file_names() has
-/// them. Returns how the slices of a volume lie in their picture.
+/// them; `steps`: the displacement in steps from site to site. Returns how the slices of a volume lie in
+/// their picture.
 json write_pictures(const std::filesystem::path& folder, std::span<const std::string> files,
-                    const Scene& scene, const VectorField& displacement) {
+                    const Scene& scene, const VectorField& displacement, const VectorField& steps) {
   const std::vector<Plane> planes = planes_to_show(displacement);
   const auto drawn = [&](const auto& draw) {
     std::vector<ScalarField> slices;
-    std::ranges::transform(planes, std::back_inserter(slices),
-                           [&](const Plane& plane) { return upright(draw(plane), plane); });
+    std::ranges::transform(planes, std::back_inserter(slices), [&](const Plane& plane) {
+      return upright(in_squares(draw(plane), plane, scene.full.sides), plane);
+    });
     return side_by_side(slices);
   };
   const auto slices_of = [&](const ScalarField& field) {
     return drawn([&](const Plane& plane) { return slice_of(field, plane); });
   };
   write_png(folder / files[1], slices_of(scene.picture));
-  write_png(folder / files[2],
-            drawn([&](const Plane& plane) { return warp(scene.picture, displacement, plane); }));
+  write_png(folder / files[2], drawn([&](const Plane& plane) { return warp(scene.picture, steps, plane); }));
   // The lines of a grid stay in their plane: what leads out of it shows in the magnitude.
   write_png(folder / files[3], drawn([&](const Plane& plane) {
-              const VectorField in_plane = slice_of(displacement, plane);
+              const VectorField in_plane = slice_of(steps, plane);
               return warp(grid_picture(in_plane.extent, grid_spacing(scene.extent())), in_plane);
             }));
   const ScalarField magnitude = magnitude_of(displacement);
@@ -62,12 +83,12 @@ json write_pictures(const std::filesystem::path& folder, std::span<const std::st
                       std::max(double{std::ranges::max(magnitude.values)}, 1e-6));
   // Full blue is a fold, full red a doubled area, or volume.
   const ScalarField change = drawn([&](const Plane& plane) {
-    const auto [slab, middle] = slab_around(displacement, plane);
+    const auto [slab, middle] = slab_around(steps, plane);
     return slice_of(area_change_map(slab), middle);
   });
   write_signed_png(folder / files[5], change.extent, change.values, 1.0);
   if (scene.extent().depth > 1) {
-    const ContactSheet sheet = contact_sheet(scene.picture, displacement);
+    const ContactSheet sheet = contact_sheet(scene.picture, steps);
     write_png(folder / files[6], sheet.picture);
     return with_size({{"at", {planes[2].at, planes[1].at, planes[0].at}}}, sheet.volume);
   }
@@ -89,6 +110,7 @@ std::vector<std::string> file_names(const Scene& scene, const std::string& exten
 FilesOfRun::FilesOfRun(std::filesystem::path folder, std::vector<std::string> files,
                        std::filesystem::path transform, const Scene& scene, const VectorField& displacement)
     : folder_(std::move(folder)), files_(std::move(files)), transform_(std::move(transform)) {
+  const std::array<double, 3>& pixel = scene.full.sides;
   if (!have_images()) {
     return;
   }
@@ -98,16 +120,19 @@ FilesOfRun::FilesOfRun(std::filesystem::path folder, std::vector<std::string> fi
     return clock.seconds();
   });
   if (files_.size() > 1) {
-    pictures_ = std::async(std::launch::async, [&] {
+    pictures_ = std::async(std::launch::async, [&, pixel] {
       const Clock clock;
-      json slices = write_pictures(folder_, files_, scene, displacement);
+      json slices = write_pictures(folder_, files_, scene, displacement, in_steps(displacement, pixel));
       return std::pair(clock.seconds(), std::move(slices));
     });
   }
   if (!transform_.empty()) {
-    inverse_ = std::async(std::launch::async, [&] {
+    inverse_ = std::async(std::launch::async, [&, pixel] {
       const Clock clock;
-      Inverse inverse = invert(displacement);
+      Inverse inverse = invert(in_steps(displacement, pixel));
+      std::array<double, 3> back{}; // from steps
+      std::ranges::transform(pixel, back.begin(), [](double side) { return 1.0 / side; });
+      inverse.displacement = in_steps(std::move(inverse.displacement), back);
       write_displacement(transform_, inverse.displacement, scene.spacing, scene.placement, scene.oblong,
                          Mapping::backward);
       inverse.displacement = {};

@@ -296,6 +296,7 @@ std::vector<Scene> scenes_for_ranks(const Call& call, int ranks) {
 
 /// Every backend on 1, 2, ... ranks, against scalar, which every rank computes for itself.
 int verify_on_ranks(Call& call, Ranks& ranks) {
+  call.schedule.takes_boxes = true;
   if (!call[reference].empty()) {
     throw InputError("verify --reference runs in one process: leave out mpirun");
   }
@@ -335,6 +336,7 @@ int run_verify(Call& call) {
     throw InputError(fmt::format("no backend is left to compare with {}; name one with --backends",
                                  backends.front()->name()));
   }
+  call.schedule.takes_boxes = true;
   return gates.judge(verify_scenes(call, backends, scenes_to_verify(call)), call);
 }
 

@@ -30,8 +30,8 @@ namespace itk {
  *
  * The input is the field to begin with, the output the regularised one. Both, and the observation, hold
  * physical displacements, as ITK's convention is: in the unit of the spacing (millimetres), along the
- * physical axes, and forward: tissue at x moves to x + d(x). Images and volumes; pixels must be square, or
- * voxels cubes, and axes orthogonal; the direction may be any.
+ * physical axes, and forward: tissue at x moves to x + d(x). Images and volumes; axes must be orthogonal, the
+ * direction may be any. Pixels must be square, or voxels cubes, but for the elastic energy.
  *
  * What the tissue is made of comes either from SetLabels() with SetModulus() for every label that occurs, or
  * from SetModulusImage(). What is known of the displacement comes from SetObservationImage() and
@@ -186,9 +186,11 @@ protected:
     const auto spacing = field->GetSpacing();
     const auto& direction = field->GetDirection();
     auto rest = direction.GetVnlMatrix().transpose() * direction.GetVnlMatrix();
+    const bool takes_boxes = hdmbench::find_energy(m_Energy).is_of_cells();
     for (unsigned axis = 0; axis < Dimension; ++axis) {
-      if (!(std::abs(spacing[0] - spacing[axis]) <= SquareTolerance * spacing[0])) {
-        itkExceptionMacro(<< "the pixels are " << spacing << ", they must be square: resample the images");
+      if (!takes_boxes && !(std::abs(spacing[0] - spacing[axis]) <= SquareTolerance * spacing[0])) {
+        itkExceptionMacro(<< "the pixels are " << spacing
+                          << ", they must be square: resample the images, or SetEnergy(\"elastic\")");
       }
       if (Dimension == 3 && region.GetSize(axis) < 2) {
         itkExceptionMacro(<< "a volume of " << region.GetSize()
@@ -272,11 +274,28 @@ private:
             Dimension == 3 ? static_cast<int>(size[Dimension - 1]) : 1};
   }
 
+  /** The unit of displacements. */
+  double ShortestSide() const {
+    const auto spacing = this->GetInput()->GetSpacing();
+    return *std::min_element(spacing.Begin(), spacing.End());
+  }
+
+  /** As Level::sides; all 1 where they are taken for squares or cubes. */
+  std::array<double, 3> Sides() const {
+    const auto spacing = this->GetInput()->GetSpacing();
+    std::array<double, 3> sides{1.0, 1.0, 1.0};
+    for (unsigned axis = 0; axis < Dimension; ++axis) {
+      const double side = spacing[axis] / this->ShortestSide();
+      sides[axis] = side <= 1.0 + SquareTolerance ? 1.0 : side;
+    }
+    return sides;
+  }
+
   /** Along rows, columns and slices, in pixels. The direction is orthonormal: its inverse is its transpose,
    * which for unrotated images is exact. */
   hdmbench::VectorField ToPixels(const DisplacementFieldType& field) const {
     const auto& direction = this->GetInput()->GetDirection();
-    const double spacing = this->GetInput()->GetSpacing()[0];
+    const double spacing = this->ShortestSide();
     hdmbench::VectorField pixels(ExtentOf(field));
     ForEachPixel(field, [&](std::size_t site, const DisplacementType& physical) {
       for (unsigned axis = 0; axis < Dimension; ++axis) {
@@ -293,7 +312,7 @@ private:
   void ToPhysical(const hdmbench::VectorField& displacement, DisplacementFieldType& field) const {
     using ComponentType = typename DisplacementType::ValueType;
     const auto& direction = this->GetInput()->GetDirection();
-    const double spacing = this->GetInput()->GetSpacing()[0];
+    const double spacing = this->ShortestSide();
     ImageRegionIterator<DisplacementFieldType> pixel(&field, field.GetLargestPossibleRegion());
     for (std::size_t site = 0; !pixel.IsAtEnd(); ++pixel, ++site) {
       DisplacementType physical;
@@ -315,6 +334,7 @@ private:
     const hdmbench::Extent extent = start.extent;
     hdmbench::Level& full = scene.full;
     full.extent = extent;
+    full.sides = this->Sides();
     full.penalty = static_cast<float>(m_Penalty);
     full.target = hdmbench::VectorField(extent);
     full.confidence = hdmbench::VectorField(extent);

@@ -162,11 +162,13 @@ void apply_on_labels(const Condition& condition, const LabelField& labels, Level
 }
 
 /// Pixels from a site along the unit vector n to the last pixel centres on its way.
-double distance_to_border(const std::array<int, 3>& place, const std::array<double, 3>& n, Extent extent) {
+double distance_to_border(const std::array<int, 3>& place, const std::array<double, 3>& n, Extent extent,
+                          const std::array<double, 3>& step) {
   double distance = std::numeric_limits<double>::infinity();
   for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
     if (n[axis] != 0.0) {
-      distance = std::min(distance, ((n[axis] > 0.0 ? extent.sides()[axis] - 1 : 0) - place[axis]) / n[axis]);
+      const int sites = (n[axis] > 0.0 ? extent.sides()[axis] - 1 : 0) - place[axis];
+      distance = std::min(distance, step[axis] * sites / n[axis]);
     }
   }
   return std::isfinite(distance) ? distance : 0.0;
@@ -174,7 +176,8 @@ double distance_to_border(const std::array<int, 3>& place, const std::array<doub
 
 /// Thesis 5.12: everything outside is known. `outward` pixels along the normal at the outline, falling
 /// linearly along the normal to 0 at the image border.
-void apply_outside(TomlReader& scene, const Condition& condition, const LabelField& labels, Level& level) {
+void apply_outside(TomlReader& scene, const Condition& condition, const LabelField& labels,
+                   const std::array<double, 3>& step, Level& level) {
   const Extent extent = labels.extent;
   std::vector<bool> inside(extent.sites());
   std::transform(labels.values.begin(), labels.values.end(), inside.begin(),
@@ -182,9 +185,9 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
   if (std::ranges::find(inside, false) == inside.end()) {
     scene.fail("condition", "where = \"outside\": no pixel has label 0, so nothing is outside");
   }
-  const int shortest =
-      std::min({extent.width, extent.height, extent.depth > 1 ? extent.depth : extent.width});
-  inside = close_gaps(inside, extent, condition.closing * shortest);
+  const auto side = [&](std::size_t axis) { return step[axis] * extent.sides()[axis]; };
+  const double shortest = std::min({side(0), side(1), side(extent.depth > 1 ? 2 : 0)});
+  inside = close_gaps(inside, extent, condition.closing * shortest, step);
   if (!condition.outward) {
     for (std::size_t site = 0; site < inside.size(); ++site) {
       if (!inside[site]) {
@@ -197,7 +200,7 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
     scene.fail("condition",
                "where = \"outside\": every pixel has label 0, so there is no outline to move outward");
   }
-  const Outline outline = find_outline(inside, extent);
+  const Outline outline = find_outline(inside, extent, step);
   for_each_site(extent, [&](int x, int y, int z) {
     const auto site = extent.index(x, y, z);
     if (inside[site]) {
@@ -208,7 +211,7 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
       normal[axis] = static_cast<double>(outline.normal[axis][site]);
     }
     const double from_outline = std::max(0.0, static_cast<double>(outline.distance.values[site]));
-    const double to_border = distance_to_border({x, y, z}, normal, extent);
+    const double to_border = distance_to_border({x, y, z}, normal, extent, step);
     const double path = from_outline + to_border;
     const double length = path > 0.0 ? *condition.outward * to_border / path : 0.0;
     set(condition, site, {normal[0] * length, normal[1] * length, normal[2] * length}, level);
@@ -218,7 +221,7 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
 void apply(TomlReader& scene, const Condition& condition, const LabelField& labels,
            const std::array<double, 3>& step, Level& level) {
   if (condition.where == Where::outside) {
-    apply_outside(scene, condition, labels, level);
+    apply_outside(scene, condition, labels, step, level);
   } else if (condition.where == Where::labels) {
     apply_on_labels(condition, labels, level);
   } else {
@@ -226,7 +229,8 @@ void apply(TomlReader& scene, const Condition& condition, const LabelField& labe
   }
 }
 
-/// Whether it measures distances along all axes, which only squares and cubes have alike.
+/// Whether it measures distances along all axes from sites outside, which the file's own pixels, where others
+/// were made of them, do not tell as well.
 bool is_metric(const Condition& condition) {
   return condition.where == Where::outside && (condition.outward || condition.closing > 0.0);
 }
@@ -268,7 +272,7 @@ std::vector<std::string> apply_conditions(TomlReader& scene, const Content& cont
       }
     }
     if (!is_oblong || is_metric(condition)) {
-      apply(scene, condition, content.labels, {1.0, 1.0, 1.0}, level);
+      apply(scene, condition, content.labels, content.placement.aspect, level);
       continue;
     }
     Level file{.extent = content.oblong->extent, .target = VectorField(content.oblong->extent)};

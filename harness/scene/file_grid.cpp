@@ -53,10 +53,9 @@ std::string sides_of(const FileGrid& grid) {
 
 } // namespace
 
-bool has_equal_sides(const FileGrid& grid) {
-  constexpr double most = 0.03; // of the first side
+bool has_equal_sides(const FileGrid& grid, double tolerance) {
   return std::ranges::all_of(std::span(grid.sides).first(grid.extent.axes()), [&](double side) {
-    return std::abs(side - grid.sides[0]) <= most * grid.sides[0];
+    return std::abs(side - grid.sides[0]) <= tolerance * grid.sides[0];
   });
 }
 
@@ -85,14 +84,16 @@ std::string difference_between(const FileGrid& grid, const FileGrid& reference, 
 
 PixelPositions positions_of(const FileGrid& grid, double spacing, const Placement& placement) {
   PixelPositions positions;
-  if (has_equal_sides(grid) && spacing == grid.sides[0] && placement == grid.placement) {
+  const bool are_boxes = placement.aspect != Placement{}.aspect;
+  if (placement == grid.placement && (are_boxes || (has_equal_sides(grid) && spacing == grid.sides[0]))) {
     return positions;
   }
   for (std::size_t axis = 0; axis < grid.extent.axes(); ++axis) {
-    positions.step[axis] = grid.sides[axis] / spacing;
+    const double side = spacing * placement.aspect[axis];
+    positions.step[axis] = grid.sides[axis] / side;
     for (std::size_t i = 0; i < 3; ++i) {
       positions.first[axis] +=
-          placement.axes[axis][i] * (grid.placement.origin[i] - placement.origin[i]) / spacing;
+          placement.axes[axis][i] * (grid.placement.origin[i] - placement.origin[i]) / side;
     }
   }
   return positions;

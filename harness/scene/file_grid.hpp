@@ -25,8 +25,8 @@ struct FileGrid {
 };
 
 /// Whether its pixels are taken for squares, or its voxels for cubes: no side differs from the first one by
-/// more than 3 %. To resample such would cost more: it puts conditions between the sites.
-[[nodiscard]] bool has_equal_sides(const FileGrid& grid);
+/// more than a share of it. To resample such would cost more than 3 %: it puts conditions between the sites.
+[[nodiscard]] bool has_equal_sides(const FileGrid& grid, double tolerance = 0.03);
 
 /// Why the pixels of `grid` are not those of `reference`, as the rest of a sentence; empty where they are the
 /// same to `same_place`. What one of the two does not say is not compared. Of two images it matters whether

@@ -185,10 +185,20 @@ void set_energy_of_sites(Scene& scene) {
   }
 }
 
+void require_known_pixels(const Scene& scene, const RegisteredEnergy& energy) {
+  if (!energy.is_of_cells() && scene.full.sides != Level{}.sides) {
+    throw InputError(
+        fmt::format("the pixels of {} have sides of {:.4g} to each other, and the {} energy knows "
+                    "squares and cubes only; load the scene with it, or resample its files",
+                    scene.name, fmt::join(scene.full.sides, " : "), energy.name));
+  }
+}
+
 void use_energy(Scene& scene, const RegisteredEnergy& energy) {
   if (scene.energy == &energy) {
     return;
   }
+  require_known_pixels(scene, energy);
   const bool keeps_schedule = energy.has(find_method(scene.schedule.method, scene.energy));
   scene.energy = &energy;
   set_energy_of_sites(scene);

@@ -85,6 +85,9 @@ bool register_energy(const RegisteredEnergy& energy);
 /// Gives scene.full what scene.energy sweeps over: Level::energy and its inputs.
 void set_energy_of_sites(Scene& scene);
 
+/// Throws InputError where the pixels of the scene are no squares or cubes and the energy knows none else.
+void require_known_pixels(const Scene& scene, const RegisteredEnergy& energy);
+
 /// Makes `scene` minimise the energy: as its schedule says where the energy has that method, too, else by the
 /// energy's usual one.
 void use_energy(Scene& scene, const RegisteredEnergy& energy);

@@ -9,11 +9,11 @@ namespace hdmbench {
 
 namespace {
 
-/// Replaces f by the lower envelope of the parabolas f(q) + (p - q)^2.
-void take_lower_envelope(std::vector<double>& f) {
+/// Replaces f by the lower envelope of the parabolas f(q) + (p - q)^2 of points that are `side` apart.
+void take_lower_envelope(std::vector<double>& f, double side) {
   const auto crossing = [&](std::size_t q, std::size_t r) {
-    const auto p = static_cast<double>(q);
-    const auto o = static_cast<double>(r);
+    const double p = side * static_cast<double>(q);
+    const double o = side * static_cast<double>(r);
     return ((f[q] + p * p) - (f[r] + o * o)) / (2.0 * (p - o));
   };
   std::vector<std::size_t> apexes{0};
@@ -29,16 +29,17 @@ void take_lower_envelope(std::vector<double>& f) {
   const std::vector<double> values = f;
   std::size_t k = 0;
   for (std::size_t p = 0; p < f.size(); ++p) {
-    while (k + 1 < from.size() && from[k + 1] < static_cast<double>(p)) {
+    while (k + 1 < from.size() && from[k + 1] < side * static_cast<double>(p)) {
       ++k;
     }
-    const double offset = static_cast<double>(p) - static_cast<double>(apexes[k]);
+    const double offset = side * (static_cast<double>(p) - static_cast<double>(apexes[k]));
     f[p] = values[apexes[k]] + offset * offset;
   }
 }
 
 /// Squared distance of every site to the nearest one with the flag `wanted`.
-std::vector<double> squared_distance(const std::vector<bool>& flags, bool wanted, Extent extent) {
+std::vector<double> squared_distance(const std::vector<bool>& flags, bool wanted, Extent extent,
+                                     const std::array<double, 3>& pixel) {
   // Far beyond any distance in an image, small enough to be squared and added to without loss that matters.
   constexpr double far = 1e12;
   std::vector<double> distance(extent.sites());
@@ -53,7 +54,7 @@ std::vector<double> squared_distance(const std::vector<bool>& flags, bool wanted
       for (std::size_t i = 0; i < side; ++i) {
         line[i] = first[i * stride];
       }
-      take_lower_envelope(line);
+      take_lower_envelope(line, pixel[axis]);
       for (std::size_t i = 0; i < side; ++i) {
         first[i * stride] = line[i];
       }
@@ -91,10 +92,20 @@ std::vector<double> smooth(const std::vector<double>& values, Extent extent) {
 
 } // namespace
 
-Outline find_outline(const std::vector<bool>& inside, Extent extent) {
-  std::vector<double> signed_distance = squared_distance(inside, true, extent); // of the sites outside
+VectorField in_steps(VectorField displacement, const std::array<double, 3>& pixel) {
+  for (std::size_t axis = 0; axis < displacement.extent.axes(); ++axis) {
+    if (pixel[axis] != 1.0) {
+      std::ranges::transform(displacement[axis], displacement[axis].begin(),
+                             [&](float way) { return static_cast<float>(way / pixel[axis]); });
+    }
+  }
+  return displacement;
+}
+
+Outline find_outline(const std::vector<bool>& inside, Extent extent, const std::array<double, 3>& pixel) {
+  std::vector<double> signed_distance = squared_distance(inside, true, extent, pixel); // of the sites outside
   {
-    const std::vector<double> to_outside = squared_distance(inside, false, extent);
+    const std::vector<double> to_outside = squared_distance(inside, false, extent, pixel);
     for (std::size_t i = 0; i < signed_distance.size(); ++i) {
       // The outline runs half way between the last site inside and the first one outside.
       signed_distance[i] = inside[i] ? 0.5 - std::sqrt(to_outside[i]) : std::sqrt(signed_distance[i]) - 0.5;
@@ -120,7 +131,7 @@ Outline find_outline(const std::vector<bool>& inside, Extent extent) {
       std::size_t stride = 1;
       for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
         const double after = signed_distance[site + (place[axis] + 1 < sides[axis] ? stride : 0)];
-        gradient[axis] = after - signed_distance[site - (place[axis] > 0 ? stride : 0)];
+        gradient[axis] = (after - signed_distance[site - (place[axis] > 0 ? stride : 0)]) / pixel[axis];
         length = std::hypot(length, gradient[axis]);
         stride *= static_cast<std::size_t>(sides[axis]);
       }
@@ -132,7 +143,8 @@ Outline find_outline(const std::vector<bool>& inside, Extent extent) {
   return outline;
 }
 
-std::vector<bool> close_gaps(const std::vector<bool>& inside, Extent extent, double radius) {
+std::vector<bool> close_gaps(const std::vector<bool>& inside, Extent extent, double radius,
+                             const std::array<double, 3>& pixel) {
   if (!(radius > 0.0)) {
     return inside;
   }
@@ -145,12 +157,12 @@ std::vector<bool> close_gaps(const std::vector<bool>& inside, Extent extent, dou
   for_each_site(extent,
                 [&](int x, int y, int z) { region[in_frame(x, y, z)] = inside[extent.index(x, y, z)]; });
   {
-    const std::vector<double> to_region = squared_distance(region, true, framed);
+    const std::vector<double> to_region = squared_distance(region, true, framed, pixel);
     for (std::size_t i = 0; i < region.size(); ++i) {
       region[i] = to_region[i] <= radius * radius;
     }
   }
-  const std::vector<double> to_outside = squared_distance(region, false, framed);
+  const std::vector<double> to_outside = squared_distance(region, false, framed, pixel);
   std::vector<bool> closed(inside);
   for_each_site(extent, [&](int x, int y, int z) {
     const auto i = extent.index(x, y, z);

@@ -15,7 +15,8 @@ struct Placement {
   /// Unit vectors along the rows, along the columns, and from one slice to the next: the columns of ITK's
   /// direction. The first two are perpendicular, of a volume all three.
   std::array<Vector, 3> axes{{{1.0, 0.0, 0.0}, {0.0, 1.0, 0.0}, {0.0, 0.0, 1.0}}};
-  double thickness = 0.0; ///< distance between slices; 0: the side of a pixel, as it is in a volume
+  double thickness = 0.0;       ///< distance between slices; 0: the side of a pixel, as it is in a volume
+  Vector aspect{1.0, 1.0, 1.0}; ///< each side of a pixel over the shortest one, as Level::sides
 
   /// The physical vector of one that leads `x` millimetres along the rows, `y` along the columns and `z`
   /// through the slices. Without the axes' own rounding where they are those of the space; it has no -0.

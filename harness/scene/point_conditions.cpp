@@ -44,7 +44,7 @@ KnownPoint known_point(const PointPair& pair, double deviation, const Content& c
       point.at[axis] = point.target[axis] = 0.0;
       continue;
     }
-    point.at[axis] /= content.spacing;
+    point.at[axis] /= content.spacing * content.placement.aspect[axis];
     point.target[axis] /= content.spacing;
     is_inside = is_inside && point.at[axis] >= -0.5 && point.at[axis] <= extent.sides()[axis] - 0.5;
   }

@@ -26,9 +26,13 @@ struct adl_serializer<std::optional<Value>> {
 
 namespace hdmbench {
 
-/// "direction" has the unit vectors along rows, along columns and through slices.
+/// "direction" has the unit vectors along rows, along columns and through slices; "aspect" the sides of a
+/// pixel over the shortest one, where they are not the same.
 inline void to_json(nlohmann::json& written, const Placement& placement) {
   written = {{"origin", placement.origin}, {"direction", placement.axes}, {"thickness", placement.thickness}};
+  if (placement.aspect != Placement{}.aspect) {
+    written["aspect"] = placement.aspect;
+  }
 }
 
 /// The row with its "width", "height" and, of a volume, "depth": how all rows tell a size.

@@ -114,7 +114,7 @@ void read_exact(TomlReader& reader, const SceneOptions& options, Scene& scene) {
 
 /// What the pixels are made of; nothing of [random]. `image`: its table.
 Content read_content(TomlReader& scene, TomlReader& image, const SceneText& file, std::optional<Extent> size,
-                     const SceneOptions& options) {
+                     const SceneOptions& options, bool takes_boxes) {
   constexpr std::array<std::string_view, 4> sources{"shape", "image", "brain", "random"};
   if (std::ranges::count_if(sources, [&](std::string_view source) { return scene.has(source); }) != 1) {
     scene.fail("shape", "tables, [image], [brain] or [random]: a scene needs exactly one of these");
@@ -133,12 +133,29 @@ Content read_content(TomlReader& scene, TomlReader& image, const SceneText& file
                fmt::format("is no volume of {}; a whole head is one, with its file as head", size->text()));
   }
   if (scene.has("image")) {
-    return read_image_content(image, scene, file.folder, size);
+    return read_image_content(image, scene, file.folder, size, takes_boxes);
   }
   if (scene.has("brain")) {
     return read_brain_content(brain, scene, file.folder, size, options);
   }
   return scene.has("shape") ? read_shapes_content(scene, *size) : Content{};
+}
+
+/// Reads the side of a pixel, or of a shape's pixels each of its sides.
+void read_spacing(TomlReader& scene, std::size_t axes, bool takes_boxes, Content& content) {
+  if (!scene.is_list("spacing")) {
+    scene.read("spacing", content.spacing);
+    return;
+  }
+  const std::vector<double> sides = scene.numbers("spacing", axes, axes);
+  content.spacing = std::ranges::min(sides);
+  for (std::size_t axis = 0; axis < axes; ++axis) {
+    content.placement.aspect[axis] = sides[axis] / content.spacing;
+  }
+  if (!takes_boxes && content.placement != Placement{}) {
+    scene.fail("spacing", "has other sides along the axes, which the elastic energy alone knows; give "
+                          "energy = \"elastic\", or one number");
+  }
 }
 
 Scene build(const toml::table& root, const SceneText& file, const SceneOptions& options) {
@@ -157,7 +174,9 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   }
 
   TomlReader image = reader.table("image");
-  Content content = read_content(reader, image, file, size, options);
+  const RegisteredEnergy& to_be = options.energy != nullptr ? *options.energy : *scene.energy;
+  const bool takes_boxes = !options.as_cubes && to_be.is_of_cells();
+  Content content = read_content(reader, image, file, size, options, takes_boxes);
   scene.name += options.orientation.empty() ? "" : ", " + options.orientation;
   Level& full = scene.full;
   full.extent = content.modulus.values.empty() ? *size : content.modulus.extent;
@@ -173,7 +192,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   read_vector_images(image, file.folder, size, content, scene);
   image.finish();
   if (!reader.has("image")) { // an image has seen it
-    reader.read("spacing", content.spacing);
+    read_spacing(reader, full.extent.axes(), takes_boxes, content);
   }
   scene.spacing = content.spacing;
   scene.idle = apply_conditions(reader, content, scene.energy->is_of_cells(), full);
@@ -184,6 +203,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   }
   content.labels = {}; // before there is more
   scene.placement = content.placement;
+  full.sides = content.placement.aspect;
   scene.oblong = content.oblong;
   scene.stated = content.grid.stated;
   if (scene.extent().axes() == 3) {

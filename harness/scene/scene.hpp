@@ -94,7 +94,7 @@ struct Scene {
   std::optional<VectorField> start; ///< displacement to begin with, pixels; none: the null field
   ScalarField picture;   ///< gray values 0 ... 255, only to look at; empty where !is_inspected(extent())
   LabelField labels;     ///< the segmentation the moduli come from; empty where there was none, likewise
-  double spacing = 1.0;  ///< millimetres per pixel
+  double spacing = 1.0;  ///< millimetres per pixel, of its shortest side
   Placement placement{}; ///< of the pixels in the patient
   std::optional<FileGrid> oblong{};            ///< its file's own pixels, where their sides are not the same
   Stated stated = Stated::sides;               ///< what its files say of spacing and placement
@@ -132,6 +132,10 @@ struct SceneOptions {
   std::optional<int> slice{};      ///< of that orientation; none: the one that shows most of the brain
   std::filesystem::path tissues{}; ///< of a scene that is an image of labels, as of scene_of_labels()
   std::vector<std::filesystem::path> points{}; ///< more than the file's own, as of apply_points()
+  /// That it will minimise, whatever its file says; null: the file's. With the elastic energy, and without
+  /// `size`, the pixels of an image stay rectangles and its voxels boxes (Level::sides), unless `as_cubes`.
+  const RegisteredEnergy* energy = nullptr;
+  bool as_cubes = false;
 };
 
 /// Whether an image, of at most 4096 x 4096 sites, is looked at closely: its scene has a picture and labels,

@@ -286,9 +286,9 @@ std::vector<std::filesystem::path> files_of_scene(const std::string& scene) {
 }
 
 Content read_image_content(TomlReader& image, TomlReader& scene, const std::filesystem::path& folder,
-                           std::optional<Extent> size) {
+                           std::optional<Extent> size, bool takes_boxes) {
   Content content;
-  ReadOptions options{.size = size, .takes_volumes = true};
+  ReadOptions options{.size = size, .takes_volumes = true, .takes_boxes = takes_boxes};
   scene.read("spacing", options.spacing);
   content.stated_spacing = options.spacing;
   image.read("slice", options.slice);

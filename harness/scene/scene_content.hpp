@@ -52,10 +52,11 @@ void require_same_grid(const TomlReader& table, std::string_view key, const File
 /// have, of a size whose square leaves a 32-bit float soon. One that is not finite is found later.
 void require_possible_displacement(const TomlReader& table, std::string_view key, double displacement);
 
-/// [image]: labels or moduli, and a picture; files are looked for in `folder`. `size` as in ReadOptions; the
-/// scene's `spacing` is that of the pixels before.
+/// [image]: labels or moduli, and a picture; files are looked for in `folder`. `size` and `takes_boxes` as in
+/// ReadOptions; the scene's `spacing` is that of the pixels before.
 [[nodiscard]] Content read_image_content(TomlReader& image, TomlReader& scene,
-                                         const std::filesystem::path& folder, std::optional<Extent> size);
+                                         const std::filesystem::path& folder, std::optional<Extent> size,
+                                         bool takes_boxes);
 
 /// [brain]: a slice of a 3-D brain, classified, or a whole head; only that needs no size.
 [[nodiscard]] Content read_brain_content(TomlReader& brain, TomlReader& scene,

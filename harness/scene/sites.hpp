@@ -2,6 +2,7 @@
 
 #include "kernels/data/field.hpp"
 
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -28,12 +29,19 @@ struct Outline {
 
 /// `inside` has one flag per site. Exact Euclidean distances (P. Felzenszwalb and D. Huttenlocher, "Distance
 /// transforms of sampled functions", 2012), smoothed over a few pixels before the normals are taken, so that
-/// these do not follow the pixel staircase. The region must be neither empty nor everything.
-[[nodiscard]] Outline find_outline(const std::vector<bool>& inside, Extent extent);
+/// these do not follow the pixel staircase. The region must be neither empty nor everything. `pixel`: its
+/// sides, as Level::sides.
+[[nodiscard]] Outline find_outline(const std::vector<bool>& inside, Extent extent,
+                                   const std::array<double, 3>& pixel = {1.0, 1.0, 1.0});
 
 /// `inside` with every gap filled that a disc (of a volume: a ball) of `radius` pixels does not fit into from
 /// outside: a morphological closing, for a brain the envelope over its furrows. Beyond the image there is
 /// nothing.
-[[nodiscard]] std::vector<bool> close_gaps(const std::vector<bool>& inside, Extent extent, double radius);
+[[nodiscard]] std::vector<bool> close_gaps(const std::vector<bool>& inside, Extent extent, double radius,
+                                           const std::array<double, 3>& pixel = {1.0, 1.0, 1.0});
+
+/// Returns a displacement as steps from site to site, of one that is in sides of a pixel along its shortest
+/// one: what moves pictures and cells of sites. `pixel`: its sides, as Level::sides.
+[[nodiscard]] VectorField in_steps(VectorField displacement, const std::array<double, 3>& pixel);
 
 } // namespace hdmbench

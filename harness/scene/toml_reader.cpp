@@ -227,6 +227,11 @@ double TomlReader::number(std::string_view key, const toml::node& node) const {
   return *value;
 }
 
+bool TomlReader::is_list(std::string_view key) {
+  const toml::node* const node = find(key);
+  return node != nullptr && node->is_array();
+}
+
 std::vector<double> TomlReader::numbers(std::string_view key, std::size_t least, std::size_t most) {
   const toml::array* array = require(key).as_array();
   if (array == nullptr || array->size() < least || array->size() > most) {

@@ -31,6 +31,9 @@ public:
   /// These ask for a key, too.
   [[nodiscard]] bool has(std::string_view key) { return find(key) != nullptr; }
 
+  /// Whether the key is there and a list; asks for it, too.
+  [[nodiscard]] bool is_list(std::string_view key);
+
   /// The value of a key that must be there: a double, int, bool, std::string, std::array<double, 2> or
   /// std::vector<float>.
   template <typename Value>

@@ -77,7 +77,7 @@ void require_sides(Extent extent) {
 Level without_fields(const Level& level) {
   // A new member has to be named here, or this does not compile: it is kept below unless it is an array.
   const auto& [extent, energy, target, confidence, modulus, inverse_modulus, inputs, penalty, steps, update,
-               rule, inverse_curvature, strengths, seed] = level;
+               rule, inverse_curvature, strengths, seed, sides] = level;
   return {.extent = extent,
           .energy = energy,
           .penalty = penalty,
@@ -85,7 +85,8 @@ Level without_fields(const Level& level) {
           .update = update,
           .rule = rule,
           .strengths = strengths,
-          .seed = seed};
+          .seed = seed,
+          .sides = sides};
 }
 
 bool changes_spread_by_contact(const Level& level) {
@@ -170,6 +171,12 @@ void validate(const Level& level) {
   }
   if (level.rule != Rule::steps) {
     require_strengths(level);
+  }
+  for (const double side : level.sides) {
+    if (!(side >= 1.0 && side <= most_oblong)) {
+      throw InputError(fmt::format(
+          "a side of the pixels is {:g} times the shortest one, it must be 1 ... {:g}", side, most_oblong));
+    }
   }
   if (level.seed < 0 || level.seed > 4092) {
     throw InputError(fmt::format("the seed is {}, it must be 0 ... 4092", level.seed));

@@ -5,6 +5,7 @@
 #include "kernels/data/step_set.hpp"
 
 #include <algorithm>
+#include <array>
 #include <span>
 #include <vector>
 
@@ -27,6 +28,9 @@ enum class Rule {
   annealing    ///< a candidate at random, taken by its energy and the temperature (thesis Alg. 1)
 };
 
+/// The longest side of a pixel or a voxel over the shortest.
+inline constexpr double most_oblong = 1000.0;
+
 /// One level of the pyramid: all that a sweep reads and does not write.
 struct Level {
   Extent extent;
@@ -45,6 +49,9 @@ struct Level {
   /// closed_form, 1 / temperature (>= 0) of annealing. Empty for Rule::steps.
   std::vector<float> strengths{};
   int seed = 0; ///< of annealing, 0 ... 4092; of rows of an image it carries the row, too (update.inc)
+  /// The sides of a pixel or a voxel over the shortest of them, which is the unit of displacements: 1 of
+  /// squares and cubes, which the thesis's energy knows alone; of an image the third is 1.
+  std::array<double, 3> sides{1.0, 1.0, 1.0};
 };
 
 /// What update.inc's Sweep holds, for sweep `number` (from 0) since the level was loaded.

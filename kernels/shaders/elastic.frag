@@ -19,14 +19,16 @@ uniform sampler2DRect response[2]; // of a site, the upper half of a matrix; in 
                                    // masked cell that begins there, and 1 more, or 0
 uniform sampler2DRect matrices;    // of ELASTIC_SOLVE the inverse: a row for each of its columns, a texel for each site
 uniform Vector extent;             // sites of `from`
-uniform vec4 numbers;              // the two of PoissonRatio, or of a volume Lame's ratio and `bend`; factor; 0
+uniform vec4 law_told;             // the three numbers of Law; of a volume ElasticLevel::bend
+uniform vec4 numbers;              // factor; 0
 
 #if HDM_AXES > 2 // no constants: compilers multiply two of them by each other before what stands between them
-#define HDM_NUMBER(value) (float(value) + numbers.w)
+#define HDM_NUMBER(value) (float(value) + numbers.y)
 #else
 #define HDM_NUMBER(value) float(value)
 #endif
 
+#define HDM_BOXES (BOXES != 0)
 #include "elastic/site.inc"
 #if HDM_AXES > 2
 #include "elastic_volume.glsl"
@@ -152,8 +154,8 @@ void main() {
 void main() {
   Vector value = level_at(from, site_drawn()).COMPONENTS;
   Vector way = level_at(second, site_drawn()).COMPONENTS;
-  gl_FragColor = vec4(advanced(value.x, numbers.z, way.x),
-                      advanced(value.y, numbers.z, way.y) AND_Z(advanced(value.z, numbers.z, way.z)), REST);
+  gl_FragColor = vec4(advanced(value.x, numbers.x, way.x),
+                      advanced(value.y, numbers.x, way.y) AND_Z(advanced(value.z, numbers.x, way.z)), REST);
 }
 
 #else

@@ -31,12 +31,13 @@ Force more_masked_force(Force force, vec4 stiffness, vec2 moved) {
 CellForces forces_of_cell(vec2 p, vec2 top_left, vec2 top_right, vec2 bottom_left, vec2 bottom_right) {
   vec4 first = level_at(moments[0], p);
   vec4 more = level_at(moments[1], p);
+  Law law = Law(law_told.x, law_told.y, law_told.z);
   CellTension tension = cell_tension(CellMoments(first.x, first.y, first.z, first.w, more.x, more.y),
                                      CellCorners(top_left.x, top_right.x, bottom_left.x, bottom_right.x),
                                      CellCorners(top_left.y, top_right.y, bottom_left.y, bottom_right.y),
-                                     PoissonRatio(numbers.x, numbers.y));
-  CellForces forces = CellForces(force_on_top_left(tension), force_on_top_right(tension),
-                                 force_on_bottom_left(tension), force_on_bottom_right(tension));
+                                     law);
+  CellForces forces = CellForces(force_on_top_left(tension, law), force_on_top_right(tension, law),
+                                 force_on_bottom_left(tension, law), force_on_bottom_right(tension, law));
 #if HAS_MASKED
   // A loop, not a branch: rasterizers on the CPU execute both sides of a branch, but leave a loop when all are done.
   float number = level_at(response[0], p).w - 1.0;

@@ -3,7 +3,7 @@
 // row, and y is 0. The includer supplies the macros of the specification and
 //
 // - HDM_AXES: 2, an image, or 3, a volume.
-// - STEP, HAS_LOAD, IS_IMAGE, BY_LIST: the numbers of an ElasticKernel.
+// - STEP, HAS_LOAD, IS_IMAGE, BY_LIST, BOXES: the numbers of an ElasticKernel.
 // - COLUMNS, ROWS: the sites that a work item sweeps, side by side and along z.
 // - SITE_COLUMNS, SITE_ROWS: the same for the other steps.
 // - TOGETHER: not 0 where one work group does several steps, as ElasticTogether says.

@@ -2,6 +2,7 @@
 // COLUMNS columns side by side, so that it fetches each plane once and keeps what a cell does to its far
 // corners. Sites beside masked cells are done again, from a list.
 
+#define HDM_BOXES (BOXES != 0)
 #include "elastic/site.inc"
 #if HDM_AXES == 3
 #include "elastic/volume.inc"
@@ -24,8 +25,7 @@
 #define ALONG_Y(corner) ((corner) >> 1 & AROUND)
 #define ALONG_Z(corner) ((corner) >> (HDM_AXES - 1))
 
-#define lame REAL_TOLD(2)
-#define bend_of_image REAL_TOLD(1)
+#define bend_of_image REAL_TOLD(26)
 #define moments_from TOLD(4)
 #define factor REAL_TOLD(5)
 #define base (TOGETHER != 0 ? TOLD(5) : 0) // of the arrays that do not change
@@ -120,9 +120,11 @@ HDM_FUNCTION CellNumbers corner_forces(Coefficients tension) {
 }
 
 HDM_FUNCTION CellComponents forces_by_moments(ARRAYS CellMoments moments_of_cell, CellComponents u) {
+  Law law;
+  law.lame = REAL_TOLD(0), law.y = REAL_TOLD(1), law.z = REAL_TOLD(2);
   CellTension tension = cell_tension(moments_of_cell, coefficients_of(cell_corners(u.along[0])),
                                      coefficients_of(cell_corners(u.along[1])),
-                                     coefficients_of(cell_corners(u.along[2])), lame);
+                                     coefficients_of(cell_corners(u.along[2])), law);
   CellComponents forces;
   forces.along[0] = corner_forces(tension.x);
   forces.along[1] = corner_forces(tension.y);
@@ -148,14 +150,14 @@ HDM_FUNCTION CellMoments moments_at(ARRAYS int i) {
 }
 
 HDM_FUNCTION CellComponents forces_by_moments(ARRAYS CellMoments moments_of_cell, CellComponents u) {
-  PoissonRatio ratio;
-  ratio.nu = REAL_TOLD(0), ratio.shear = REAL_TOLD(1);
+  Law law;
+  law.nu = REAL_TOLD(0), law.shear = REAL_TOLD(1), law.y = REAL_TOLD(2);
   CellTension tension =
-      cell_tension(moments_of_cell, cell_corners(u.along[0]), cell_corners(u.along[1]), ratio);
+      cell_tension(moments_of_cell, cell_corners(u.along[0]), cell_corners(u.along[1]), law);
   CellComponents forces;
 #define FORCE(corner, on)                                                                                    \
-  forces.along[0].at[corner] = on(tension).x;                                                                \
-  forces.along[1].at[corner] = on(tension).y
+  forces.along[0].at[corner] = on(tension, law).x;                                                           \
+  forces.along[1].at[corner] = on(tension, law).y
   FORCE(0, force_on_top_left);
   FORCE(1, force_on_top_right);
   FORCE(2, force_on_bottom_left);

@@ -33,7 +33,7 @@ CellMoments cell_at(vec3 p) {
   return image_cell(CellCorners(
       weight * modulus_at(p, 0.0, 0.0, 0.0), weight * modulus_at(p, 1.0, 0.0, 0.0), weight * modulus_at(p, 0.0, 1.0, 0.0),
       weight * modulus_at(p, 1.0, 1.0, 0.0), weight * modulus_at(p, 0.0, 0.0, 1.0), weight * modulus_at(p, 1.0, 0.0, 1.0),
-      weight * modulus_at(p, 0.0, 1.0, 1.0), weight * modulus_at(p, 1.0, 1.0, 1.0)), numbers.y);
+      weight * modulus_at(p, 0.0, 1.0, 1.0), weight * modulus_at(p, 1.0, 1.0, 1.0)), law_told.w);
 #else
   vec4 a = level_at(moments[0], p);
   vec4 b = level_at(moments[1], p);
@@ -74,7 +74,8 @@ vec3 force_of_cell(vec3 p, vec3 corner) {
   CellTension tension = cell_tension(
       cell_at(p), coefficients_of(CellCorners(u000.x, u100.x, u010.x, u110.x, u001.x, u101.x, u011.x, u111.x)),
       coefficients_of(CellCorners(u000.y, u100.y, u010.y, u110.y, u001.y, u101.y, u011.y, u111.y)),
-      coefficients_of(CellCorners(u000.z, u100.z, u010.z, u110.z, u001.z, u101.z, u011.z, u111.z)), numbers.x);
+      coefficients_of(CellCorners(u000.z, u100.z, u010.z, u110.z, u001.z, u101.z, u011.z, u111.z)),
+      Law(law_told.x, law_told.y, law_told.z));
   vec3 force = vec3(force_on(forces_of(tension.x), corner), force_on(forces_of(tension.y), corner),
                     force_on(forces_of(tension.z), corner));
 #if HAS_MASKED

@@ -29,7 +29,7 @@ typedef struct Corners Corners;
 typedef struct Move Move;
 typedef struct CellMoments CellMoments;
 typedef struct CellCorners CellCorners;
-typedef struct PoissonRatio PoissonRatio;
+typedef struct Law Law;
 typedef struct CellTension CellTension;
 typedef struct Force Force;
 typedef struct SiteResponse SiteResponse;

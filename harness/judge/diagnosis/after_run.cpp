@@ -174,7 +174,9 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
   for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
     wild += static_cast<std::size_t>(std::ranges::count_if(field[axis], is_wild));
   }
-  const auto check_folds = [&] { std::ranges::move(diagnose(field), std::back_inserter(warnings)); };
+  const auto check_folds = [&] {
+    std::ranges::move(diagnose(in_steps(field, scene.full.sides)), std::back_inserter(warnings));
+  };
   if (wild > 0) {
     warn(warnings, scene.energy->is_of_cells() ? "not-finite/elastic" : "not-finite", wild);
   } else if (!scene.energy->is_of_cells()) {

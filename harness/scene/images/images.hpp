@@ -33,11 +33,11 @@ void read_images_apart(int argc, const char* const* argv);
 
 /// An image or a volume, the side of its pixels or voxels in millimetres (1 where the file says nothing) and
 /// where it lies. Where a file's pixels are not square, or its voxels no cubes (has_equal_sides), it is
-/// resampled to squares or cubes of their shortest side.
+/// resampled to squares or cubes of their shortest side, unless ReadOptions take boxes.
 template <typename Pixels>
 struct Image {
   Pixels pixels;
-  double spacing = 1.0;
+  double spacing = 1.0; ///< of boxes the shortest side
   Placement placement{};
   bool padded = false;              ///< `size` has another aspect: pixels beside the file's image are 0
   FileGrid grid{};                  ///< the file's own pixels, those of its slice
@@ -55,6 +55,9 @@ struct ReadOptions {
   std::optional<double> spacing{};
   bool takes_volumes = false;
   bool as_stored = false; ///< on the file's own pixels, square or not: no `size` beside it
+  /// Whether pixels that are no squares, or voxels that are no cubes, may stay what they are, where `size`
+  /// and `spacing` do not say other ones: then Placement::aspect has their sides.
+  bool takes_boxes = false;
 };
 /// InputError where a pixel is not an integer.
 [[nodiscard]] Image<LabelField> read_labels(const std::filesystem::path& file,

@@ -122,7 +122,18 @@ Stored read_pixels(const std::filesystem::path& file, const ReadOptions& options
   if (std::ranges::count(sides, sides[0]) != std::ssize(sides)) {
     stored.image.oblong = grid;
   }
-  if ((!has_equal_sides(grid) || (options.size && stored.image.oblong)) && !options.as_stored) {
+  constexpr double of_rounding = 1e-3; // of headers; sides that differ by more are boxes
+  constexpr double longest = 10.0;     // shortest sides: methods take the longer, the longer boxes are
+  const auto [least, most] = std::ranges::minmax(sides);
+  if (options.takes_boxes && !options.size && !has_equal_sides(grid, of_rounding) &&
+      most <= longest * least) {
+    stored.image.spacing = least;
+    stored.image.oblong.reset();
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      stored.image.placement.aspect[axis] = grid.sides[axis] / stored.image.spacing;
+    }
+    stored.image.grid.placement = stored.image.placement;
+  } else if ((!has_equal_sides(grid) || (options.size && stored.image.oblong)) && !options.as_stored) {
     stored.image.spacing = std::ranges::min(sides);
     std::ranges::transform(sides, stored.aspect.begin(),
                            [&](double side) { return side / stored.image.spacing; });

@@ -34,7 +34,8 @@ images::Geometry geometry_of(const std::filesystem::path& file, Extent extent, s
     throw unwritable(file, fmt::format("a pixel of {} mm", spacing));
   }
   return {.size = extent.sides(),
-          .spacing = {spacing, spacing, placement.thickness > 0.0 ? placement.thickness : spacing},
+          .spacing = {spacing * placement.aspect[0], spacing * placement.aspect[1],
+                      placement.thickness > 0.0 ? placement.thickness : spacing * placement.aspect[2]},
           .origin = placement.origin,
           .axes = placement.axes,
           .components = components};

@@ -33,7 +33,7 @@ constexpr float least_product = 0x1p-100F;
 } // namespace
 
 ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, ElasticSession& session)
-    : session_(session) {
+    : session_(session), slenderness_(slenderness(full)) {
   timed(timings_.projection, [&] { require_held(full); });
   sprung_ = has_springs(full);
   const auto load_sheet = [&](Springs springs) {
@@ -58,7 +58,8 @@ ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, Elast
 
 ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, const SiteSprings& springs,
                              ElasticSession& session)
-    : session_(session), sprung_(true), sheet_{&full, &springs, model.poisson} {
+    : session_(session), slenderness_(slenderness(full)),
+      sprung_(true), sheet_{&full, &springs, model.poisson} {
   load(timed(timings_.projection, [&] {
     return springs.xx.values.empty() ? make_elastic_hierarchy(full, model, Springs::none)
                                      : make_elastic_hierarchy(full, model, springs);
@@ -73,8 +74,8 @@ void ElasticSolver::pull(VectorField start, const VectorField& forces_there) {
   session_.forces(ElasticField::displacement, ElasticField::load);
   VectorField load;
   session_.read(0, ElasticField::load, load);
-  const double unit = force_unit(2, sheet_.poisson);
   const Level& full = *sheet_.level;
+  const double unit = force_unit(full, sheet_.poisson);
   const SiteSprings& springs = *sheet_.springs;
   const bool held = !springs.xx.values.empty();
   for (std::size_t at = 0; at < full.extent.sites(); ++at) {
@@ -334,8 +335,7 @@ double ElasticSolver::settle(const Level& full) {
 double ElasticSolver::rounding(double largest, double contrast) const {
   const double of_body = work_.front().extent.axes() == 3 ? 3.0 : 1.0; // seen where springs are weak
   const double of_springs = sprung_ ? of_body * std::sqrt(std::min(contrast, 1e6)) : 1.0;
-  const double slender = slenderness(work_.front().extent);
-  const double of_bending = slender > most_compact ? slender : 1.0;
+  const double of_bending = slenderness_ > most_compact ? slenderness_ : 1.0;
   return largest * std::numeric_limits<float>::epsilon() * of_springs * of_bending;
 }
 

@@ -82,6 +82,7 @@ private:
   void forces(ElasticField of, ElasticField to);
 
   ElasticSession& session_;
+  double slenderness_; ///< of the sheet or body
   Timings timings_;
   std::vector<LevelResult> work_;
   VectorField start_;   ///< extended conditions, or that of pull(); only where sprung_

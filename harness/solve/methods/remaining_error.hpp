@@ -32,10 +32,10 @@ private:
 };
 
 /// The longest side of a sheet or a body over its shortest one.
-[[nodiscard]] inline double slenderness(Extent extent) {
-  const int shortest =
-      std::min({extent.width, extent.height, extent.axes() == 3 ? extent.depth : extent.width});
-  return static_cast<double>(std::max({extent.width, extent.height, extent.depth})) / shortest;
+[[nodiscard]] inline double slenderness(const Level& level) {
+  const auto length = [&](std::size_t axis) { return level.sides[axis] * level.extent.sides()[axis]; };
+  const double last = level.extent.axes() == 3 ? length(2) : length(0);
+  return std::max({length(0), length(1), last}) / std::min({length(0), length(1), last});
 }
 /// From here on a body is taken for a beam or a plate, which bends more easily than coarse cells can.
 inline constexpr double most_compact = 4.0;

@@ -50,6 +50,7 @@ Solution Solver::solve(const Scene& scene, Progress& progress, const SolveOption
   if (scene.energy->is_of_cells()) {
     return solve_elastic(scene, elastic(), progress, options);
   }
+  require_known_pixels(scene, *scene.energy);
   if (session_ == nullptr) {
     session_ = backend_.open(options_);
   }

@@ -8,7 +8,7 @@ namespace {
 
 template <typename InDouble>
 HDM_FUNCTION void set_matrix(CellMatrix& matrix, const typename InDouble::CellMoments& moments,
-                             const typename InDouble::Ratios& ratio) {
+                             const ElasticRatios<double>& ratio) {
   constexpr std::size_t components = InDouble::axes << InDouble::axes;
 #pragma omp simd
   for (std::size_t column = 0; column < components; ++column) {
@@ -27,22 +27,22 @@ HDM_FUNCTION void set_matrix(CellMatrix& matrix, const typename InDouble::CellMo
 
 } // namespace
 
-HDM_WIDE_VECTORS CellMatrix matrix_of(const ElasticVolume<double>::CellMoments& moments,
-                                      const Elastic<double>::Ratios& ratio) {
+HDM_WIDE_VECTORS CellMatrix matrix_of(const VolumeCell::CellMoments& moments,
+                                      const ElasticRatios<double>& ratio) {
   CellMatrix matrix(3);
-  set_matrix<ElasticVolume<double>>(matrix, moments, ratio);
+  set_matrix<VolumeCell>(matrix, moments, ratio);
   return matrix;
 }
 
-CellMatrix matrix_of(const Elastic<double>::CellMoments& moments, const Elastic<double>::Ratios& ratio) {
+CellMatrix matrix_of(const ImageCell::CellMoments& moments, const ElasticRatios<double>& ratio) {
   CellMatrix matrix(2);
-  set_matrix<Elastic<double>>(matrix, moments, ratio);
+  set_matrix<ImageCell>(matrix, moments, ratio);
   return matrix;
 }
 
 namespace {
 
-using InFloat = ElasticInFloat;
+using InFloat = MomentsRow<float>::InFloat;
 
 // Bodies of loops are functions of their own: locals declared inside an `omp simd` loop would become arrays
 // in memory.
@@ -80,23 +80,22 @@ ResponseRow row_of(ElasticLevel& level, int y) {
 
 /// Of the site between two cells of the row above and two of the row below.
 HDM_FUNCTION void set_stiffness_at(const ResponseRow& row, const MomentsRow<const float>& above,
-                                   const MomentsRow<const float>& below, const InFloat::Ratios& ratio,
-                                   int x) {
+                                   const MomentsRow<const float>& below, const InFloat::Law& law, int x) {
   InFloat::SiteStiffness sum{0.0F, 0.0F, 0.0F};
-  sum = InFloat::with_cell(sum, above.cell(x - 1), 1.0F, 1.0F, ratio);
-  sum = InFloat::with_cell(sum, above.cell(x), -1.0F, 1.0F, ratio);
-  sum = InFloat::with_cell(sum, below.cell(x - 1), 1.0F, -1.0F, ratio);
-  sum = InFloat::with_cell(sum, below.cell(x), -1.0F, -1.0F, ratio);
+  sum = InFloat::with_cell(sum, above.cell(x - 1), 1.0F, 1.0F, law);
+  sum = InFloat::with_cell(sum, above.cell(x), -1.0F, 1.0F, law);
+  sum = InFloat::with_cell(sum, below.cell(x - 1), 1.0F, -1.0F, law);
+  sum = InFloat::with_cell(sum, below.cell(x), -1.0F, -1.0F, law);
   row.xx[x] = sum.xx;
   row.xy[x] = sum.xy;
   row.yy[x] = sum.yy;
 }
 
 void set_stiffness(const ResponseRow& row, const MomentsRow<const float>& above,
-                   const MomentsRow<const float>& below, const InFloat::Ratios& ratio) {
+                   const MomentsRow<const float>& below, const InFloat::Law& law) {
 #pragma omp simd
   for (int x = 0; x < row.width; ++x) {
-    set_stiffness_at(row, above, below, ratio, x);
+    set_stiffness_at(row, above, below, law, x);
   }
 }
 
@@ -112,8 +111,7 @@ void leave_out(const ResponseRow& row, const std::uint8_t* x_prescribed, const s
 }
 
 /// Relaxation times the inverse; of a matrix of rank one its pseudo-inverse. Without branches, for vectors.
-void invert(const ResponseRow& row) {
-  const auto relaxation = static_cast<float>(elastic_relaxation);
+void invert(const ResponseRow& row, float relaxation) {
 #pragma omp simd
   for (int x = 0; x < row.width; ++x) {
     const float xx = row.xx[x];
@@ -131,25 +129,24 @@ void invert(const ResponseRow& row) {
 }
 
 /// Of a cell that is not masked, its moments being floats.
-template <template <typename> typename Arithmetic>
-CellMatrix matrix_at(const ElasticLevel& level, std::size_t index, const InFloat::Ratios& ratio) {
-  using InDouble = Arithmetic<double>;
-  using Cell = typename Arithmetic<float>::CellMoments;
-  const auto moments = std::bit_cast<std::array<float, sizeof(Cell) / sizeof(float)>>(
-      level.template cell<Arithmetic<float>>(index));
+template <typename InDouble, typename OfLevel>
+CellMatrix matrix_at(const ElasticLevel& level, std::size_t index, const ElasticRatios<float>& ratio) {
+  using Cell = typename OfLevel::CellMoments;
+  const auto moments =
+      std::bit_cast<std::array<float, sizeof(Cell) / sizeof(float)>>(level.template cell<OfLevel>(index));
   auto cell = InDouble::moments_of([&](std::size_t number) { return double{moments[number]}; });
   if constexpr (InDouble::axes == 3) {
     cell.bend = level.bend;
     cell.volume = double{moments.back()};
   }
-  return matrix_of(cell, {{ratio.nu, ratio.shear}, ratio.lame});
+  return matrix_of(cell, ratio.as<double>());
 }
 
 } // namespace
 
 CellMatrix cell_matrix(const ElasticLevel& level, std::size_t index, const ElasticHierarchy& hierarchy) {
-  return level.grid.axes() == 3 ? matrix_at<ElasticVolume>(level, index, hierarchy.ratio)
-                                : matrix_at<Elastic>(level, index, hierarchy.ratio);
+  return level.grid.axes() == 3 ? matrix_at<VolumeCell, VolumeInFloat>(level, index, hierarchy.ratio)
+                                : matrix_at<ImageCell, ElasticInFloat>(level, index, hierarchy.ratio);
 }
 
 void add_masked_cells(ElasticLevel& level, int y, int z, const std::function<float(int, int, int)>& weight) {
@@ -203,18 +200,20 @@ void set_parent_moments(ElasticLevel& level, const ElasticLevel& fine) {
   }
 }
 
-void set_response(ElasticLevel& level, const InFloat::Ratios& ratio, const Prescribed* prescribed) {
+void set_response(ElasticLevel& level, const ElasticRatios<float>& ratio, float relaxation,
+                  const Prescribed* prescribed) {
   const RingedGrid& grid = level.grid;
+  const InFloat::Law law = InFloat::law_of(ratio);
 #pragma omp parallel for if (grid.sites.sites() > sites_worth_threads)
   for (int y = 0; y < grid.sites.height; ++y) {
     const ResponseRow row = row_of(level, y);
-    set_stiffness(row, {level, y - 1}, {level, y}, ratio);
+    set_stiffness(row, {level, y - 1}, {level, y}, law);
     add_masked_cells(level, y, 0, [](int, int, int) { return 1.0F; });
     if (prescribed != nullptr) {
       const std::size_t first = grid.index(0, y);
       leave_out(row, prescribed->component[0].data() + first, prescribed->component[1].data() + first);
     }
-    invert(row);
+    invert(row, relaxation);
   }
 }
 

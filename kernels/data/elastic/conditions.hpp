@@ -27,13 +27,14 @@ inline constexpr float floating_share = 1e-5F;
 struct RigidMotion {
   std::array<double, 3> shift{};                ///< of each component at its own place below
   std::array<double, 3> turn{};                 ///< about x, y and z; of a sheet about z
-  std::array<std::array<double, 3>, 3> about{}; ///< by component: where turns do not move it
+  std::array<std::array<double, 3>, 3> about{}; ///< by component: the site that turns do not move
+  std::array<double, 3> sides{1.0, 1.0, 1.0};   ///< Level::sides
 
   /// How far the component `axis` of a site moves.
   [[nodiscard]] double at(std::size_t axis, const std::array<int, 3>& site) const {
     const std::size_t next = (axis + 1) % 3;
     const std::size_t last = (axis + 2) % 3;
-    const auto way = [&](std::size_t along) { return site[along] - about[axis][along]; };
+    const auto way = [&](std::size_t along) { return sides[along] * (site[along] - about[axis][along]); };
     return shift[axis] + (turn[next] * way(last) - turn[last] * way(next));
   }
 };

@@ -29,6 +29,7 @@ public:
   /// Takes the components of a site whose confidence is `least` or more.
   void add(const Level& level, int x, int y, int z, float least) {
     axes_ = level.extent.axes();
+    sides_ = level.sides;
     const std::size_t at = level.extent.index(x, y, z);
     for (std::size_t axis = 0; axis < axes_; ++axis) {
       if (level.confidence[axis][at] >= least) {
@@ -55,7 +56,7 @@ public:
   /// component turns about the first place where it is known: so are these.
   [[nodiscard]] std::vector<RigidMotion> motions(Extent body) const {
     const std::array<int, 3> sides = body.sides();
-    RigidMotion none;
+    RigidMotion none{.sides = sides_};
     for (std::size_t axis = 0; axis < 3; ++axis) {
       for (std::size_t along = 0; along < 3; ++along) {
         none.about[axis][along] =
@@ -92,7 +93,9 @@ private:
     }
     const std::array<int, 3>& first = first_[axis] ? *first_[axis] : first_[axis].emplace(place);
     constexpr double side = 256.0; // sites: all six of about the same size
-    const auto way = [&](std::size_t along) { return (place[along % 3] - first[along % 3]) / side; };
+    const auto way = [&](std::size_t along) {
+      return sides_[along % 3] * (place[along % 3] - first[along % 3]) / side;
+    };
     Equation equation{};
     equation[axis] = 1.0;
     equation[3 + (axis + 1) % 3] = way(axis + 2);
@@ -118,6 +121,7 @@ private:
 
   static constexpr double rounding = 1e-9;
   std::size_t axes_ = 2;
+  std::array<double, 3> sides_{1.0, 1.0, 1.0};
   std::array<std::optional<std::array<int, 3>>, 3> first_; ///< by component, where it is known
   std::vector<Equation> equations_;                        ///< each at a right angle to the others
 };

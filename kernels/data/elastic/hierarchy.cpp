@@ -13,8 +13,6 @@ namespace hdmbench {
 
 namespace {
 
-using InFloat = ElasticInFloat;
-
 /// Of cells that a thread makes at a time: conditions are often in a few rows.
 constexpr int rows_together = 8;
 
@@ -259,23 +257,24 @@ bool is_coarsest(Extent sites) {
 /// `spring_at` is null where there are no springs.
 template <typename SpringAt>
 ElasticHierarchy hierarchy_of(const Level& full, const ElasticModel& model, const SpringAt* spring_at) {
-  const double poisson = model.poisson;
   const bool is_volume = full.extent.axes() == 3;
+  const auto ratio = ElasticRatios<double>::of(model.poisson, full.sides);
   ElasticHierarchy hierarchy;
-  hierarchy.ratio = InFloat::poisson_ratio(poisson);
+  hierarchy.ratio = ElasticRatios<float>::of(model.poisson, full.sides);
   ElasticLevel& image = hierarchy.levels.emplace_back(empty_level(full.extent, is_volume ? 1 : 6));
   Prescribed prescribed(full, image.grid); // of the last level
   std::optional<VolumeRelaxation> relaxation;
+  const float of_image = is_volume ? 0.0F : image_relaxation(ratio);
   if (is_volume) {
     image.bend = model.integration == Integration::full ? 1.0F : 0.0F;
-    relaxation.emplace(poisson, contrast_of(full.modulus), image.bend);
+    relaxation.emplace(ratio, contrast_of(full.modulus), image.bend);
     set_volume_moments(image, full);
   } else {
     set_image_moments(image, full);
   }
   CellKinds kinds; // of the last level
   if (spring_at != nullptr && full.extent.width > 1 && full.extent.height > 1) {
-    kinds = add_springs(image, hierarchy, force_unit(full.extent.axes(), poisson), *spring_at);
+    kinds = add_springs(image, hierarchy, force_unit(full, model.poisson), *spring_at);
   }
   const auto respond = [&](ElasticLevel& level, bool is_image) {
     if (is_volume) {
@@ -287,7 +286,7 @@ ElasticHierarchy hierarchy_of(const Level& full, const ElasticModel& model, cons
       }
       set_volume_response(level, *relaxation, whole, prescribed);
     } else {
-      set_response(level, hierarchy.ratio, is_image ? &prescribed : nullptr);
+      set_response(level, hierarchy.ratio, of_image, is_image ? &prescribed : nullptr);
     }
   };
   respond(image, true);

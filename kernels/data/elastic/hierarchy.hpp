@@ -94,7 +94,7 @@ enum class Springs {
 /// (2x, 2y, 2z). In a volume a coarse component is prescribed, too, where that fine one is: it is 0, and
 /// fewer cells are cut.
 struct ElasticHierarchy {
-  ElasticInFloat::Ratios ratio{};
+  ElasticRatios<float> ratio{};
   std::vector<ElasticLevel> levels; ///< the image first; at least one
   /// Displacements of the coarsest level from its load, the components of each site in turn: column by
   /// column.
@@ -104,10 +104,10 @@ struct ElasticHierarchy {
 /// A level whose cells have no stiffness and whose sites do not respond, with so many arrays of moments.
 [[nodiscard]] ElasticLevel empty_level(Extent sites, std::size_t moments = 6);
 
-/// How far a sweep goes towards the minimum of each site of an image. There no wave has more than 3.25 times
-/// the stiffness of its sites where the Poisson ratio is not negative (element by element, whatever the
-/// moduli), and 2 / 3.25 = 0.615 is where it would grow. Single coarse cells reach 3.84; no sheet of them was
-/// seen to.
+/// How far a sweep goes towards the minimum of each site of an image of squares. There no wave has more than
+/// 3.25 times the stiffness of its sites where the Poisson ratio is not negative (element by element,
+/// whatever the moduli), and 2 / 3.25 = 0.615 is where it would grow. Single coarse cells reach 3.84; no
+/// sheet of them was seen to.
 inline constexpr double elastic_relaxation = 0.6;
 
 /// No more cells a side on the coarsest level, which is solved by a matrix of at most 98 or 81 rows.
@@ -124,9 +124,11 @@ inline constexpr double elastic_relaxation = 0.6;
 [[nodiscard]] ElasticHierarchy make_elastic_hierarchy(const Level& full, const ElasticModel& model,
                                                       const SiteSprings& springs);
 
-/// What the forces of sessions are, over those of finite elements of the same moduli.
-[[nodiscard]] inline double force_unit(std::size_t axes, double poisson) {
-  return axes == 3 ? 32.0 * (1.0 + poisson) : 4.0 * (1.0 - poisson * poisson);
+/// What the forces of sessions are, over those of finite elements of the same moduli whose pixels have the
+/// area or volume 1: slopes are by their side along x.
+[[nodiscard]] inline double force_unit(const Level& full, double poisson) {
+  const double of_slopes = full.sides[0] * full.sides[0];
+  return of_slopes * (full.extent.axes() == 3 ? 32.0 * (1.0 + poisson) : 4.0 * (1.0 - poisson * poisson));
 }
 
 } // namespace hdmbench

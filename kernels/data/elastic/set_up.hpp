@@ -19,6 +19,34 @@ struct Prescribed {
   std::vector<std::vector<std::uint8_t>> component;
 };
 
+/// Returns the inverse of a 3 x 3 matrix, symmetric_entry() of each. Rows and columns of a diagonal entry
+/// that is not above 0 are left out.
+template <typename Real>
+[[nodiscard]] std::array<Real, 6> inverse_of_symmetric(std::array<Real, 6> a) {
+  std::array<bool, 3> out{};
+  for (std::size_t row = 0; row < 3; ++row) {
+    out[row] = !(a[symmetric_entry(3, row, row)] > Real(0));
+    if (out[row]) {
+      for (std::size_t column = 0; column < 3; ++column) {
+        a[symmetric_entry(3, row, column)] = row == column ? Real(1) : Real(0);
+      }
+    }
+  }
+  std::array<Real, 6> inverse{a[3] * a[5] - a[4] * a[4], a[2] * a[4] - a[1] * a[5],
+                              a[1] * a[4] - a[2] * a[3], a[0] * a[5] - a[2] * a[2],
+                              a[1] * a[2] - a[0] * a[4], a[0] * a[3] - a[1] * a[1]};
+  const Real factor = Real(1) / (a[0] * inverse[0] + a[1] * inverse[1] + a[2] * inverse[2]);
+  for (Real& entry : inverse) {
+    entry *= factor;
+  }
+  for (std::size_t row = 0; row < 3; ++row) {
+    if (out[row]) {
+      inverse[symmetric_entry(3, row, row)] = Real(0);
+    }
+  }
+  return inverse;
+}
+
 /// Sets the moments of the image's cells from the moduli of its pixels.
 void set_image_moments(ElasticLevel& image, const Level& full);
 /// Sets the moments of a coarse level's cells from those of their children. Children that stick out of the
@@ -28,10 +56,14 @@ void set_parent_moments(ElasticLevel& level, const ElasticLevel& fine);
 void set_volume_moments(ElasticLevel& image, const Level& full);
 void set_volume_parents(ElasticLevel& level, const ElasticLevel& fine);
 
-/// Sets ElasticLevel::response from the level's moments and masked cells: elastic_relaxation times the
+/// Sets ElasticLevel::response from the level's moments and masked cells: `relaxation` times the
 /// inverse of a site's own 2 x 2 stiffness. `prescribed` is null but on the image, and its components do not
 /// respond.
-void set_response(ElasticLevel& level, const ElasticInFloat::Ratios& ratio, const Prescribed* prescribed);
+void set_response(ElasticLevel& level, const ElasticRatios<float>& ratio, float relaxation,
+                  const Prescribed* prescribed);
+/// Returns elastic_relaxation, or of an image of rectangles what keeps the same distance from where a wave of
+/// one of its cells would grow, whatever the moduli.
+[[nodiscard]] float image_relaxation(const ElasticRatios<double>& ratio);
 /// How far a sweep goes towards the minimum of each site of a volume, D being what its own stiffness is taken
 /// for: K <= largest eigenvalue of D^-1 K holds cell by cell, so no wave grows whose cells do not let it.
 /// Cells of one modulus have the same one; others of the image at most that of the worst of all patterns of
@@ -40,9 +72,9 @@ void set_response(ElasticLevel& level, const ElasticInFloat::Ratios& ratio, cons
 /// the volume count as if most of them had no modulus: a long sheet or rod would let waves grow without that.
 struct VolumeRelaxation {
   /// `contrast`: the stiffest over the softest modulus; `bend`: of the image's cells. 0 <= poisson < 0.5.
-  VolumeRelaxation(double poisson, double contrast, double bend);
+  VolumeRelaxation(const ElasticRatios<double>& ratio, double contrast, double bend);
 
-  float lame;
+  ElasticRatios<float> ratio;
   float factor;        ///< 1.9 / the largest eigenvalue of D^-1 K of a cell of one modulus
   float weight;        ///< of cells of more than one: their largest eigenvalue over that
   float weight_beyond; ///< of cells that stick out
@@ -55,11 +87,21 @@ void set_volume_response(ElasticLevel& level, const VolumeRelaxation& relaxation
 /// stiffness of these, which lies where their response will.
 void add_masked_cells(ElasticLevel& level, int y, int z, const std::function<float(int, int, int)>& weight);
 
+/// A cell as matrices are made of it, whatever its sides.
+using ImageCell = Elastic<double, true>;
+using VolumeCell = ElasticVolume<double, true>;
+
 /// The matrix of a cell of an image, or of a volume.
-[[nodiscard]] CellMatrix matrix_of(const Elastic<double>::CellMoments& moments,
-                                   const Elastic<double>::Ratios& ratio);
-[[nodiscard]] CellMatrix matrix_of(const ElasticVolume<double>::CellMoments& moments,
-                                   const Elastic<double>::Ratios& ratio);
+[[nodiscard]] CellMatrix matrix_of(const ImageCell::CellMoments& moments, const ElasticRatios<double>& ratio);
+[[nodiscard]] CellMatrix matrix_of(const VolumeCell::CellMoments& moments,
+                                   const ElasticRatios<double>& ratio);
+
+/// Returns the largest eigenvalue of D^-1 K of a cell of the image whose corners have these moduli, by power
+/// iteration: D is what K, integrated in full, has on the diagonal in blocks of a corner. No sweep over many
+/// cells has a larger one. `Cell` is ImageCell or VolumeCell; `bend` as ElasticLevel has it.
+template <typename Cell>
+[[nodiscard]] double largest_eigenvalue(const std::array<double, std::size_t{1} << Cell::axes>& moduli,
+                                        const ElasticRatios<double>& ratio, double bend);
 
 /// Of a cell that is not masked. `index` of the grid.
 [[nodiscard]] CellMatrix cell_matrix(const ElasticLevel& level, std::size_t index,
@@ -75,6 +117,7 @@ coarsest_inverse(const ElasticLevel& level, const ElasticHierarchy& hierarchy, c
 /// or const float; cell x lies at the bottom right of site x.
 template <typename Value>
 struct MomentsRow {
+  using InFloat = Elastic<float, true>; ///< squares have 1 for a factor, which changes nothing
   std::array<Value*, 6> moments{};
 
   /// Of an ElasticLevel, row y >= -1.
@@ -85,10 +128,10 @@ struct MomentsRow {
     }
   }
 
-  [[nodiscard]] ElasticInFloat::CellMoments cell(int x) const {
-    return ElasticInFloat::moments_of([&](std::size_t number) HDM_INLINED { return moments[number][x]; });
+  [[nodiscard]] InFloat::CellMoments cell(int x) const {
+    return InFloat::moments_of([&](std::size_t number) HDM_INLINED { return moments[number][x]; });
   }
-  void set(int x, const ElasticInFloat::CellMoments& cell) const {
+  void set(int x, const InFloat::CellMoments& cell) const {
     moments[0][x] = cell.m;
     moments[1][x] = cell.mr;
     moments[2][x] = cell.ms;

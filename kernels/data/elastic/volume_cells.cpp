@@ -128,7 +128,7 @@ using Stiffness = std::array<std::array<float, lanes>, 6>;
 /// Adds what cell i + shift does to its corner at (a, b, c), each -1 or +1, which is site i. A function of
 /// its own, so that the loop over sites becomes one of vectors.
 HDM_FUNCTION void add_corner(Stiffness& sum, const CellRow& cells, std::size_t i, std::size_t shift, float a,
-                             float b, float c, float lame) {
+                             float b, float c, const ElasticRatios<float>& ratio) {
   const auto cell = [&](std::size_t p, std::size_t q, std::size_t r)
                         HDM_INLINED { return cells[p + 3 * q + 9 * r][i + shift]; };
   // Means of modulus * (1 + b s)^2 (1 + c t)^2 and so on.
@@ -145,26 +145,29 @@ HDM_FUNCTION void add_corner(Stiffness& sum, const CellRow& cells, std::size_t i
     return first * second * ((of(0) + 2.0F * third * of(1)) + of(2));
   };
   const float xx = square([&](std::size_t p, std::size_t q) HDM_INLINED { return cell(0, p, q); }, b, c);
-  const float yy = square([&](std::size_t p, std::size_t q) HDM_INLINED { return cell(p, 0, q); }, a, c);
-  const float zz = square([&](std::size_t p, std::size_t q) HDM_INLINED { return cell(p, q, 0); }, a, b);
+  const float yy = ratio.y * ratio.y *
+                   square([&](std::size_t p, std::size_t q) HDM_INLINED { return cell(p, 0, q); }, a, c);
+  const float zz = ratio.z * ratio.z *
+                   square([&](std::size_t p, std::size_t q) HDM_INLINED { return cell(p, q, 0); }, a, b);
   const float xy = across(cell, a, b, c);
   const float xz =
       across([&](std::size_t p, std::size_t q, std::size_t r) HDM_INLINED { return cell(p, r, q); }, a, c, b);
   const float yz =
       across([&](std::size_t p, std::size_t q, std::size_t r) HDM_INLINED { return cell(r, p, q); }, b, c, a);
-  sum[0][i] += (2.0F + lame) * xx + (yy + zz);
-  sum[1][i] += (1.0F + lame) * xy;
-  sum[2][i] += (1.0F + lame) * xz;
-  sum[3][i] += (2.0F + lame) * yy + (xx + zz);
-  sum[4][i] += (1.0F + lame) * yz;
-  sum[5][i] += (2.0F + lame) * zz + (xx + yy);
+  sum[0][i] += (2.0F + ratio.lame) * xx + (yy + zz);
+  sum[1][i] += (1.0F + ratio.lame) * (ratio.y * xy);
+  sum[2][i] += (1.0F + ratio.lame) * (ratio.z * xz);
+  sum[3][i] += (2.0F + ratio.lame) * yy + (xx + zz);
+  sum[4][i] += (1.0F + ratio.lame) * (ratio.y * ratio.z * yz);
+  sum[5][i] += (2.0F + ratio.lame) * zz + (xx + yy);
 }
 
 HDM_WIDE_VECTORS void add_corners(Stiffness& sum, const CellRow& cells, std::size_t shift, float a, float b,
-                                  float c, float lame) {
+                                  float c, const ElasticRatios<float>& given) {
+  const ElasticRatios<float> ratio = given; // nothing that is written can change it
 #pragma omp simd
   for (std::size_t i = 0; i < lanes; ++i) {
-    add_corner(sum, cells, i, shift, a, b, c, lame);
+    add_corner(sum, cells, i, shift, a, b, c, ratio);
   }
 }
 
@@ -209,8 +212,12 @@ Stiffness stiffness_of(const ElasticLevel& level, int x, int y, int z, const Vol
     const float modulus = one_modulus(level, x - 1, y - 1, z - 1);
     if (modulus != 0.0F && modulus == one_modulus(level, x - 1, y - 1, z) &&
         modulus == one_modulus(level, x - 1, y, z - 1) && modulus == one_modulus(level, x - 1, y, z)) {
-      for (const std::size_t straight : {0, 3, 5}) {
-        sum[straight].fill(8.0F * 16.0F / 9.0F * (4.0F + relaxation.lame) * modulus);
+      const double lame = double{relaxation.ratio.lame};
+      const std::array<double, 3> squares{1.0, std::pow(double{relaxation.ratio.y}, 2.0),
+                                          std::pow(double{relaxation.ratio.z}, 2.0)};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double times = (1.0 + lame) * squares[axis] + (squares[0] + squares[1] + squares[2]);
+        sum[symmetric_entry(3, axis, axis)].fill(8.0F * 16.0F / 9.0F * static_cast<float>(times) * modulus);
       }
       return sum;
     }
@@ -223,82 +230,30 @@ Stiffness stiffness_of(const ElasticLevel& level, int x, int y, int z, const Vol
     weigh_mixed(cells, x - 1, y - 1 + above, z - 1 + near, level.moments.size() == 1, weight);
     const float b = above == 0 ? 1.0F : -1.0F;
     const float c = near == 0 ? 1.0F : -1.0F;
-    add_corners(sum, cells, 0, 1.0F, b, c, relaxation.lame);
-    add_corners(sum, cells, 1, -1.0F, b, c, relaxation.lame);
+    add_corners(sum, cells, 0, 1.0F, b, c, relaxation.ratio);
+    add_corners(sum, cells, 1, -1.0F, b, c, relaxation.ratio);
   }
   return sum;
 }
 
-/// The inverse of a 3 x 3 matrix, symmetric_entry() of each. Rows and columns of a diagonal entry that is not
-/// above 0 are left out.
-template <typename Real>
-std::array<Real, 6> inverse_of(std::array<Real, 6> a) {
-  std::array<bool, 3> out{};
-  for (std::size_t row = 0; row < 3; ++row) {
-    out[row] = !(a[symmetric_entry(3, row, row)] > Real(0));
-    if (out[row]) {
-      for (std::size_t column = 0; column < 3; ++column) {
-        a[symmetric_entry(3, row, column)] = row == column ? Real(1) : Real(0);
+/// Returns which of a box's corners may be stiff, a bit each: some but not all, and of those that are each
+/// other's reflections one.
+std::vector<unsigned> patterns_but_for_reflections() {
+  std::vector<unsigned> patterns;
+  for (unsigned pattern = 1; pattern < 255; ++pattern) {
+    bool is_first = true;
+    for (unsigned axes = 1; axes < 8; ++axes) { // along which it is reflected
+      unsigned reflected = 0;
+      for (unsigned corner = 0; corner < 8; ++corner) {
+        reflected |= (pattern >> corner & 1U) << (corner ^ axes);
       }
+      is_first &= pattern <= reflected;
+    }
+    if (is_first) {
+      patterns.push_back(pattern);
     }
   }
-  std::array<Real, 6> inverse{a[3] * a[5] - a[4] * a[4], a[2] * a[4] - a[1] * a[5],
-                              a[1] * a[4] - a[2] * a[3], a[0] * a[5] - a[2] * a[2],
-                              a[1] * a[2] - a[0] * a[4], a[0] * a[3] - a[1] * a[1]};
-  const Real factor = Real(1) / (a[0] * inverse[0] + a[1] * inverse[1] + a[2] * inverse[2]);
-  for (Real& entry : inverse) {
-    entry *= factor;
-  }
-  for (std::size_t row = 0; row < 3; ++row) {
-    if (out[row]) {
-      inverse[symmetric_entry(3, row, row)] = Real(0);
-    }
-  }
-  return inverse;
-}
-
-/// Of D^-1 K of a cell whose corners have these moduli, by power iteration: D is what K, integrated in full,
-/// has on the diagonal in blocks of a corner. No sweep over many cells has a larger one.
-double largest_eigenvalue(const std::array<double, 8>& moduli, const Elastic<double>::Ratios& ratio,
-                          double bend) {
-  using InDouble = ElasticVolume<double>;
-  const auto corners = InDouble::corners_of([&](std::size_t corner) { return moduli[corner]; });
-  const CellMatrix full = matrix_of(InDouble::image_cell(corners, 1.0), ratio);
-  const CellMatrix matrix = matrix_of(InDouble::image_cell(corners, bend), ratio);
-  std::array<std::array<double, 6>, 8> inverse;
-  for (std::size_t corner = 0; corner < 8; ++corner) {
-    const std::size_t at = 3 * corner;
-    inverse[corner] =
-        inverse_of<double>({full.at(at, at), full.at(at, at + 1), full.at(at, at + 2),
-                            full.at(at + 1, at + 1), full.at(at + 1, at + 2), full.at(at + 2, at + 2)});
-  }
-  std::array<double, 24> vector;
-  for (std::size_t i = 0; i < 24; ++i) {
-    vector[i] = 1.0 + static_cast<double>(i * i % 7) - static_cast<double>(i % 5);
-  }
-  double norm = 0.0;
-  constexpr int rounds = 40;
-  for (int round = 0; round < rounds; ++round) {
-    std::array<double, 24> force{};
-    for (std::size_t i = 0; i < 24; ++i) {
-      for (std::size_t j = 0; j < 24; ++j) {
-        force[i] += matrix.at(j, i) * vector[j];
-      }
-    }
-    double square = 0.0;
-    for (std::size_t i = 0; i < 24; ++i) {
-      vector[i] = 0.0;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        vector[i] += inverse[i / 3][symmetric_entry(3, i % 3, axis)] * force[i / 3 * 3 + axis];
-      }
-      square += vector[i] * vector[i];
-    }
-    norm = std::sqrt(square);
-    for (double& value : vector) {
-      value /= norm;
-    }
-  }
-  return norm;
+  return patterns;
 }
 
 } // namespace
@@ -343,12 +298,12 @@ void set_volume_parents(ElasticLevel& level, const ElasticLevel& fine) {
   }
 }
 
-VolumeRelaxation::VolumeRelaxation(double poisson, double contrast, double bend)
-    : lame(VolumeInFloat::poisson_ratio(poisson).lame) {
-  const Elastic<double>::Ratios ratio = Elastic<double>::poisson_ratio(poisson);
-  // The stiff corners, a bit each: all patterns but for turns and reflections.
-  constexpr std::array<unsigned, 20> patterns{1,   3,   7,   9,   15,  23,  39,  41,  67,  105,
-                                              126, 129, 135, 188, 195, 214, 246, 248, 252, 254};
+VolumeRelaxation::VolumeRelaxation(const ElasticRatios<double>& of, double contrast, double bend)
+    : ratio(of.as<float>()) {
+  // The stiff corners, a bit each: of cubes all patterns but for turns and reflections.
+  const std::vector<unsigned> of_cubes{1,   3,   7,   9,   15,  23,  39,  41,  67,  105,
+                                       126, 129, 135, 188, 195, 214, 246, 248, 252, 254};
+  const std::vector<unsigned> patterns = of.has_boxes() ? patterns_but_for_reflections() : of_cubes;
   const auto largest = [&](double stiff, double bend_of_cell) {
     double most = 0.0;
     for (const unsigned pattern : patterns) {
@@ -356,12 +311,12 @@ VolumeRelaxation::VolumeRelaxation(double poisson, double contrast, double bend)
       for (unsigned corner = 0; corner < 8; ++corner) {
         moduli[corner] = (pattern >> corner & 1) != 0 ? stiff : 1.0;
       }
-      most = std::max(most, largest_eigenvalue(moduli, ratio, bend_of_cell));
+      most = std::max(most, largest_eigenvalue<VolumeCell>(moduli, of, bend_of_cell));
     }
     return most;
   };
   constexpr double saturating_contrast = 1e6; // beyond it the eigenvalues change no more
-  const double uniform = largest_eigenvalue({1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0}, ratio, 1.0);
+  const double uniform = largest_eigenvalue<VolumeCell>({1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0}, of, 1.0);
   constexpr double share_of_limit = 1.9; // a wave grows from 2 on
   factor = static_cast<float>(share_of_limit / uniform);
   const double most = std::min(contrast, saturating_contrast);
@@ -398,7 +353,7 @@ void set_volume_response(ElasticLevel& level, const VolumeRelaxation& relaxation
             stiffness[symmetric_entry(3, axis, axis)] = 0.0F;
           }
         }
-        const std::array<float, 6> inverse = inverse_of(stiffness);
+        const std::array<float, 6> inverse = inverse_of_symmetric(stiffness);
         for (std::size_t entry = 0; entry < 6; ++entry) {
           level.response[entry][site] = relaxation.factor * inverse[entry];
         }

@@ -2,30 +2,54 @@
 
 #include "kernels/specification/language.hpp"
 
+#include <array>
 #include <cstddef>
 
 namespace hdmbench {
 
+/// nu with what follows from it, and the factors of slopes, each rounded once. The Law of images is nu, shear
+/// and y, that of volumes lame, y and z.
+template <typename Scalar>
+struct ElasticRatios {
+  Scalar nu{};
+  Scalar shear{};
+  Scalar lame{};
+  Scalar y{1};
+  Scalar z{1};
+
+  /// `sides` of a pixel or a voxel: only what they are to each other counts.
+  static ElasticRatios of(double nu, const std::array<double, 3>& sides = {1.0, 1.0, 1.0}) {
+    return {static_cast<Scalar>(nu), static_cast<Scalar>((1.0 - nu) / 2.0),
+            static_cast<Scalar>(2.0 * nu / (1.0 - 2.0 * nu)), static_cast<Scalar>(sides[0] / sides[1]),
+            static_cast<Scalar>(sides[0] / sides[2])};
+  }
+  /// The same numbers for another scalar.
+  template <typename Other>
+  [[nodiscard]] ElasticRatios<Other> as() const {
+    return {Other(nu), Other(shear), Other(lame), Other(y), Other(z)};
+  }
+  /// Whether the texts need the factors.
+  [[nodiscard]] bool has_boxes() const { return !(y == Scalar(1)) || !(z == Scalar(1)); }
+};
+
 /// The elastic energy of cells and what is done to sites (cell.inc, moments.inc, site.inc) for any scalar:
 /// float is what devices compute, double is what tests follow. What comes after the texts has the same form
 /// for images and for volumes; corners have numbers, x in the lowest bit, and moments the order of
-/// CellMoments.
-template <typename Scalar>
+/// CellMoments. `boxes`: HDM_BOXES.
+template <typename Scalar, bool boxes = false>
 struct Elastic {
   using real = Scalar;
+  using Ratios = ElasticRatios<Scalar>;
 #define HDM_NUMBER(value) real(value)
+#define HDM_BOXES boxes
 #include "kernels/specification/elastic/cell.inc"
 #include "kernels/specification/elastic/moments.inc"
 #include "kernels/specification/elastic/site.inc"
+#undef HDM_BOXES
 #undef HDM_NUMBER
 
-  /// nu with what follows from it, each rounded once. Volumes have lambda / mu and nothing else.
-  struct Ratios : PoissonRatio {
-    real lame;
-  };
-  static Ratios poisson_ratio(double nu) {
-    return {{static_cast<real>(nu), static_cast<real>((1.0 - nu) / 2.0)},
-            static_cast<real>(2.0 * nu / (1.0 - 2.0 * nu))};
+  HDM_FUNCTION Law law_of(const Ratios& ratios) {
+    return {ratios.nu, ratios.shear, ratios.y};
   }
 
   static constexpr std::size_t axes = 2;
@@ -44,25 +68,33 @@ struct Elastic {
   template <typename Displacement, typename Take>
   HDM_FUNCTION void for_each_force(const CellMoments& cell, const Displacement& displacement,
                                    const Ratios& ratio, const Take& take) {
-    const CellTension tension = cell_tension(cell, displacement(0), displacement(1), ratio);
+    const Law law = law_of(ratio);
+    const CellTension tension = cell_tension(cell, displacement(0), displacement(1), law);
     const auto take_both = [&](int corner, const Force& force) HDM_INLINED {
       take(0, corner, force.x);
       take(1, corner, force.y);
     };
-    take_both(0, force_on_top_left(tension));
-    take_both(1, force_on_top_right(tension));
-    take_both(2, force_on_bottom_left(tension));
-    take_both(3, force_on_bottom_right(tension));
+    take_both(0, force_on_top_left(tension, law));
+    take_both(1, force_on_top_right(tension, law));
+    take_both(2, force_on_bottom_left(tension, law));
+    take_both(3, force_on_bottom_right(tension, law));
   }
 };
 
 /// The same of volumes (volume.inc), with what is done to one component of a site (site.inc).
-template <typename Scalar>
-struct ElasticVolume : Elastic<Scalar> {
+template <typename Scalar, bool boxes = false>
+struct ElasticVolume : Elastic<Scalar, boxes> {
   using real = Scalar;
+  using Ratios = ElasticRatios<Scalar>;
 #define HDM_NUMBER(value) real(value)
+#define HDM_BOXES boxes
 #include "kernels/specification/elastic/volume.inc"
+#undef HDM_BOXES
 #undef HDM_NUMBER
+
+  HDM_FUNCTION Law law_of(const Ratios& ratios) {
+    return {ratios.lame, ratios.y, ratios.z};
+  }
 
   static constexpr std::size_t axes = 3;
   static constexpr std::size_t moments = 23;
@@ -79,18 +111,17 @@ struct ElasticVolume : Elastic<Scalar> {
   }
   template <typename Displacement, typename Take>
   HDM_FUNCTION void for_each_force(const CellMoments& cell, const Displacement& displacement,
-                                   const typename Elastic<Scalar>::Ratios& ratio, const Take& take) {
+                                   const Ratios& ratio, const Take& take) {
     take_forces(cell_tension(cell, coefficients_of(displacement(0)), coefficients_of(displacement(1)),
-                             coefficients_of(displacement(2)), ratio.lame),
+                             coefficients_of(displacement(2)), law_of(ratio)),
                 take);
   }
   /// The same of a cell that has one modulus.
   template <typename Displacement, typename Take>
   HDM_FUNCTION void for_each_force_of_uniform(real modulus, const Displacement& displacement,
-                                              const typename Elastic<Scalar>::Ratios& ratio, real bend,
-                                              const Take& take) {
+                                              const Ratios& ratio, real bend, const Take& take) {
     take_forces(uniform_tension(modulus, coefficients_of(displacement(0)), coefficients_of(displacement(1)),
-                                coefficients_of(displacement(2)), ratio.lame, bend),
+                                coefficients_of(displacement(2)), law_of(ratio), bend),
                 take);
   }
 

@@ -1,0 +1,90 @@
+#include "kernels/data/elastic/set_up.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace hdmbench {
+
+namespace {
+
+template <typename Cell>
+CellMatrix image_matrix(const std::array<double, std::size_t{1} << Cell::axes>& moduli,
+                        const ElasticRatios<double>& ratio, double bend) {
+  const auto corners = Cell::corners_of([&](std::size_t corner) { return moduli[corner]; });
+  if constexpr (Cell::axes == 3) {
+    return matrix_of(Cell::image_cell(corners, bend), ratio);
+  } else {
+    return matrix_of(Cell::image_cell(corners), ratio);
+  }
+}
+
+} // namespace
+
+template <typename Cell>
+double largest_eigenvalue(const std::array<double, std::size_t{1} << Cell::axes>& moduli,
+                          const ElasticRatios<double>& ratio, double bend) {
+  constexpr std::size_t axes = Cell::axes;
+  constexpr std::size_t corners = std::size_t{1} << axes;
+  constexpr std::size_t components = axes * corners;
+  const CellMatrix full = image_matrix<Cell>(moduli, ratio, 1.0);
+  const CellMatrix matrix = image_matrix<Cell>(moduli, ratio, bend);
+  std::array<std::array<double, 6>, corners> inverse;
+  for (std::size_t corner = 0; corner < corners; ++corner) {
+    std::array<double, 6> block{}; // of an image without a third row
+    for (std::size_t a = 0; a < axes; ++a) {
+      for (std::size_t b = a; b < axes; ++b) {
+        block[symmetric_entry(3, a, b)] = full.at(axes * corner + a, axes * corner + b);
+      }
+    }
+    inverse[corner] = inverse_of_symmetric(block);
+  }
+  std::array<double, components> vector;
+  for (std::size_t i = 0; i < components; ++i) {
+    vector[i] = 1.0 + static_cast<double>(i * i % 7) - static_cast<double>(i % 5);
+  }
+  double norm = 0.0;
+  constexpr int rounds = 40;
+  for (int round = 0; round < rounds; ++round) {
+    std::array<double, components> force{};
+    for (std::size_t i = 0; i < components; ++i) {
+      for (std::size_t j = 0; j < components; ++j) {
+        force[i] += matrix.at(j, i) * vector[j];
+      }
+    }
+    double square = 0.0;
+    for (std::size_t i = 0; i < components; ++i) {
+      vector[i] = 0.0;
+      for (std::size_t axis = 0; axis < axes; ++axis) {
+        vector[i] += inverse[i / axes][symmetric_entry(3, i % axes, axis)] * force[i / axes * axes + axis];
+      }
+      square += vector[i] * vector[i];
+    }
+    norm = std::sqrt(square);
+    for (double& value : vector) {
+      value /= norm;
+    }
+  }
+  return norm;
+}
+
+template double largest_eigenvalue<VolumeCell>(const std::array<double, 8>&, const ElasticRatios<double>&,
+                                               double);
+
+float image_relaxation(const ElasticRatios<double>& ratio) {
+  if (!ratio.has_boxes()) {
+    return static_cast<float>(elastic_relaxation);
+  }
+  constexpr double saturating_contrast = 1e6; // beyond it the eigenvalues change no more
+  constexpr double of_squares = 3.25;         // the largest of all
+  double largest = of_squares;
+  for (unsigned pattern = 0; pattern < 15; ++pattern) { // the stiff corners, a bit each
+    std::array<double, 4> moduli;
+    for (unsigned corner = 0; corner < 4; ++corner) {
+      moduli[corner] = (pattern >> corner & 1) != 0 ? saturating_contrast : 1.0;
+    }
+    largest = std::max(largest, largest_eigenvalue<ImageCell>(moduli, ratio, 1.0));
+  }
+  return static_cast<float>(elastic_relaxation * of_squares / largest);
+}
+
+} // namespace hdmbench
