@@ -3,12 +3,10 @@
 #include "harness/check/follower.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/scene/row_fields.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/solve.hpp"
 
 #include <fmt/format.h>
-#include <nlohmann/json.hpp>
 
 #include <algorithm>
 #include <cmath>
@@ -313,49 +311,6 @@ std::vector<Comparison> verify(const Scene& scene, const Backend& reference,
   return scene.energy->is_of_cells()
              ? verify_elastic(scene, reference, backends, options, progress)
              : ReferenceRun(scene, reference, backends, options, progress).compare_all();
-}
-
-nlohmann::json verify_row(const Scene& scene, const Comparison& comparison) {
-  nlohmann::json row = with_size({{"scene", scene.name},
-                                  {"backend", comparison.backend},
-                                  {"device", comparison.device.name},
-                                  {"driver", comparison.device.driver},
-                                  {"mode", name_of(comparison.mode)},
-                                  {"levels", comparison.levels},
-                                  {"method", method_name(scene)},
-                                  {"iterations", comparison.iterations},
-                                  {"sweeps", comparison.sweeps},
-                                  {"sites_compared", comparison.sites_compared},
-                                  {"sites_differing", comparison.sites_differing},
-                                  {"not_finite", comparison.not_finite},
-                                  {"counts_differing", comparison.counts_differing},
-                                  {"certified_ties", comparison.certified_ties},
-                                  {"uncertified", comparison.uncertified},
-                                  {"max_abs_difference", comparison.largest_difference},
-                                  {"first_difference", nullptr},
-                                  {"tier", name_of(comparison.tier)},
-                                  {"verdict", name_of(comparison.verdict)},
-                                  {"reason", comparison.reason},
-                                  {"sites_drifted", comparison.sites_drifted},
-                                  {"largest_gap_over_bound", comparison.largest_gap_over_bound},
-                                  {"sites_at_rest", comparison.sites_at_rest}},
-                                 scene.extent());
-  if (comparison.first) {
-    const FirstDifference& first = *comparison.first;
-    row["first_difference"] = {{"level", first.level},
-                               {"iteration", first.iteration},
-                               {"x", first.x},
-                               {"y", first.y},
-                               {"expected", first.expected},
-                               {"found", first.found},
-                               {"certified", first.certificate.holds},
-                               {"gap_over_bound", first.certificate.gap_over_bound},
-                               {"step", first.step}};
-    if (scene.extent().axes() > 2) {
-      row["first_difference"]["z"] = first.z;
-    }
-  }
-  return row;
 }
 
 void find_lost(std::span<Comparison> now, std::span<const Comparison> before) {

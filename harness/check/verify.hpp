@@ -5,8 +5,6 @@
 #include "harness/scene/scene.hpp"
 #include "harness/solve/progress.hpp"
 
-#include <nlohmann/json_fwd.hpp>
-
 #include <array>
 #include <cmath>
 #include <optional>
@@ -111,9 +109,6 @@ struct VerifyOptions {
   SessionOptions session;
   std::optional<int> iteration_limit; ///< per level, for a shorter run
 };
-
-/// A row of `verify`'s results: what was compared, on what. What is not finite is null in a file.
-[[nodiscard]] nlohmann::json verify_row(const Scene& scene, const Comparison& comparison);
 
 /// Of a backend that has to have the reference's bits: what rounding explains is wrong all the same.
 void excuse_nothing(Comparison& comparison);
