@@ -52,7 +52,7 @@ protected:
         "scene.toml", fmt::format("energy = \"elastic\"\n[[tissue]]\nlabel = 1\nmodulus = 20.0\n{}"
                                   "[image]\nlabels = \"labels.nrrd\"\n{}",
                                   more.starts_with("[[") ? more : "", more.starts_with("[[") ? "" : more));
-    return load_scene(file.string(), {.size = GetParam().size});
+    return load_scene(file.string(), {.size = GetParam().size, .as_cubes = true});
   }
 
   /// A component at a pixel of the file, by linear interpolation between the sites, and whether all of these
@@ -223,7 +223,7 @@ TEST_F(ObservedScene, TakesAStatedSpacingForAllItsImages) {
   EXPECT_EQ(scene.extent(), (Extent{3, 2}));
   EXPECT_EQ(scene.full.target[0], (std::vector<float>{1, 3, 5, 7, 9, 11}));
   EXPECT_EQ(scene.full.confidence[1], (std::vector<float>{1.0F, 0.0F, 0.5F, 0.0F, 0.0F, 0.2F}));
-  EXPECT_EQ(load("").extent(), (Extent{3, 6})) << "without it there are squares";
+  EXPECT_EQ(load("").full.sides, (std::array{1.0, 3.0, 1.0})) << "without it they are the files' own";
 }
 
 /// What is laid over another image lies at the same place, or is refused.

@@ -122,9 +122,9 @@ HDM_FUNCTION CellNumbers corner_forces(Coefficients tension) {
 HDM_FUNCTION CellComponents forces_by_moments(ARRAYS CellMoments moments_of_cell, CellComponents u) {
   Law law;
   law.lame = REAL_TOLD(0), law.y = REAL_TOLD(1), law.z = REAL_TOLD(2);
-  CellTension tension = cell_tension(moments_of_cell, coefficients_of(cell_corners(u.along[0])),
-                                     coefficients_of(cell_corners(u.along[1])),
-                                     coefficients_of(cell_corners(u.along[2])), law);
+  CellTension tension =
+      cell_tension(moments_of_cell, coefficients_of(cell_corners(u.along[0])),
+                   coefficients_of(cell_corners(u.along[1])), coefficients_of(cell_corners(u.along[2])), law);
   CellComponents forces;
   forces.along[0] = corner_forces(tension.x);
   forces.along[1] = corner_forces(tension.y);

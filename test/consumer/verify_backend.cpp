@@ -76,6 +76,7 @@ Scene random_scene(Extent extent) {
       full.confidence[axis][site] = uniform() < 0.3F ? 1.0F : 0.0F;
     }
   }
+  full.penalty = 1000.0F; // else the observations move little
   set_inverse_modulus(full);
   return scene;
 }
