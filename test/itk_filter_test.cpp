@@ -268,6 +268,23 @@ TEST(ItkFilterRefusals, HaveAReason) {
   }
 }
 
+TEST(ItkFilter, TakesRectanglesWithTheElasticEnergy) {
+  Pipeline p;
+  for (auto* image :
+       std::initializer_list<itk::ImageBase<2>*>{p.displacement, p.labels, p.observation, p.confidence}) {
+    image->SetSpacing(std::array{1.0, 2.5}.data());
+  }
+  p.filter->SetEnergy("elastic");
+  p.filter->SetPoissonRatio(0.2);
+  p.filter->SetNumberOfIterations(9);
+  use_elastic(p.scene);
+  const VectorField of_squares = test::solved(p.scene).displacement;
+  p.scene.full.sides = {1.0, 2.5, 1.0};
+  const VectorField expected = test::solved(p.scene).displacement;
+  EXPECT_SAME_BITS(expected, p.result());
+  EXPECT_GT(compare(expected, of_squares).sites, 1000);
+}
+
 TEST(ItkFilter, AbortsBetweenLevelsAndCanBeRunAgain) {
   const Pipeline p;
   bool abort = true;
