@@ -151,7 +151,7 @@ private:
 /// One way to compute the specification. Without state; opening a session may take long (shader compilation).
 class Backend : public Interface {
 public:
-  /// As on the command line and in results: "openmp".
+  /// Returns its name on the command line and in results: "openmp".
   [[nodiscard]] virtual std::string_view name() const = 0;
   /// One line for people: language and interface.
   [[nodiscard]] virtual std::string_view description() const = 0;

@@ -36,8 +36,8 @@ struct ElementRule {
   double lame_at_centre = 0.0;
   std::vector<QuadraturePoint> points;
 
-  /// Of an image plane stress with 2 x 2 Gauss points, -1 < Poisson's ratio <= 0.5; of a volume isotropic
-  /// elasticity with 2 x 2 x 2, -1 < Poisson's ratio < 0.5; or InputError.
+  /// Returns for an image plane stress with 2 x 2 Gauss points, -1 < Poisson's ratio <= 0.5, for a volume
+  /// isotropic elasticity with 2 x 2 x 2, -1 < Poisson's ratio < 0.5. Throws InputError for other ratios.
   static ElementRule of(Extent extent, const ElasticModel& model);
 };
 
@@ -50,8 +50,8 @@ struct ElasticProblem {
   Planes<std::uint8_t> fixed;  ///< not 0 where the component is prescribed
   ReferenceField prescribed;   ///< displacement where fixed, pixels
   ReferenceField force;        ///< load on every node, MPa * pixel * thickness or voxel; may be empty: none
-  /// Of a spring from every node to `prescribed`, MPa * thickness or voxel, >= 0; may be empty: none. Read
-  /// where a component is not fixed.
+  /// The stiffness of a spring from every node to `prescribed`, MPa * thickness or voxel, >= 0; may be empty:
+  /// none. Read where a component is not fixed.
   ReferenceField spring{};
   Point sides{1.0, 1.0, 1.0}; ///< of an element, as Level::sides
 };

@@ -14,14 +14,15 @@ using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, std::int64_t>;
 // (HDMBENCH_SUITESPARSE), else Eigen's simplicial LDL' and LU, several times slower on large images. Nothing
 // where the matrix is singular to working precision.
 
-/// Of a symmetric positive definite matrix, of which the lower triangle is given; nothing for any other.
+/// Solves for a symmetric positive definite matrix, of which the lower triangle is given; nothing for any
+/// other.
 [[nodiscard]] std::optional<Eigen::VectorXd> solve_symmetric(const SparseMatrix& lower,
                                                              const Eigen::VectorXd& right_side);
-/// Of any square matrix.
+/// Solves for any square matrix.
 [[nodiscard]] std::optional<Eigen::VectorXd> solve_general(const SparseMatrix& matrix,
                                                            const Eigen::VectorXd& right_side);
-/// Of a square matrix of a volume, whose factors would be many times larger than itself: by stabilised
-/// biconjugate gradients. Nothing where these do not converge.
+/// Solves for a square matrix of a volume, whose factors would be many times larger than itself, by
+/// stabilised biconjugate gradients. Nothing where these do not converge.
 [[nodiscard]] std::optional<Eigen::VectorXd> solve_without_factors(const SparseMatrix& matrix,
                                                                    const Eigen::VectorXd& right_side);
 

@@ -126,4 +126,30 @@ TEST(Rooms, ThatAnEnergyIsOneOfTwoIsAskedNowhere) {
   EXPECT_EQ(questions_for_an_energy("if (&find_energy(\"elastic\") == scene.energy)"), 1);
 }
 
+/// The comments that begin with a clause without a verb: "Of an array."
+int verbless_comments(const std::string& text) {
+  int found = 0;
+  bool was_comment = false;
+  std::istringstream lines(text);
+  for (std::string line; std::getline(lines, line);) {
+    const std::string_view words =
+        std::string_view(line).substr(std::min(line.find_first_not_of(' '), line.size()));
+    const std::string_view said = words.substr(std::min(words.find_first_not_of('/'), words.size()));
+    found += !was_comment && words.starts_with("//") && (said.starts_with(" Of ") || said.starts_with(" As "))
+                 ? 1
+                 : 0;
+    was_comment = words.starts_with("//");
+  }
+  return found;
+}
+
+TEST(Rooms, CommentsOfHeadersSayWhatIsDone) {
+  for (const auto& [path, text] : project_sources()) {
+    const bool is_header = path.ends_with(".hpp") || path.ends_with(".h");
+    EXPECT_TRUE(!is_header || verbless_comments(text) == 0) << path;
+  }
+  EXPECT_EQ(verbless_comments("int a;\n  /// Of an array.\n"), 1);
+  EXPECT_EQ(verbless_comments("int a;\n/// Returns it.\n/// Of an array all.\n"), 0);
+}
+
 } // namespace

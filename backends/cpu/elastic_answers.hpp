@@ -16,7 +16,7 @@ class ElasticAnswers {
   using Volume = ElasticVolume<Scalar>;
 
 public:
-  /// Of a site, as many as there are axes.
+  /// The numbers of a site, as many as there are axes.
   using Answer = std::array<Scalar, 3>;
 
   /// Both must outlive this object.
@@ -61,8 +61,8 @@ public:
                    step.kind == MethodStep::Kind::restrict_load ? value(step.level, ElasticField::load, at)
                                                                 : residual(step.level, step.from, x, y, z));
   }
-  /// Of site (x, y, z) of level + 1. fine(x, y, z) is the Answer of a site of `level`; beyond the image it is
-  /// 0.
+  /// Returns what site (x, y, z) of level + 1 gets. fine(x, y, z) is the Answer of a site of `level`; beyond
+  /// the image it is 0.
   template <typename Fine>
   [[nodiscard]] Answer restricted(int level, int x, int y, int z, const Fine& fine) const {
     const Extent sites = grid(level).sites;
@@ -124,7 +124,7 @@ private:
     return answer;
   }
 
-  /// Of the coarsest level.
+  /// Returns the correction of a site of the coarsest level.
   [[nodiscard]] Answer solved(int level, int x, int y, int z) const {
     const Extent sites = grid(level).sites;
     const std::size_t size = axes_ * sites.sites();
@@ -210,7 +210,7 @@ private:
     return force;
   }
 
-  /// Of the cells around: along x, then y, then z.
+  /// Adds up the forces of the cells around: along x, then y, then z.
   [[nodiscard]] Answer force_on(int level, ElasticField field, int x, int y, int z) const {
     const auto slab = [&](int cell_z, std::size_t far) {
       const Answer north_west = force_of_cell(level, field, x - 1, y - 1, cell_z, far + 3);

@@ -64,7 +64,7 @@ inline Response response_of(const ResponseRows& rows, std::size_t at) {
   return response;
 }
 
-/// Of a component's own axis.
+/// Returns the response of a component to its own residual.
 inline const float* straight_of(const ResponseRows& rows, std::size_t axis, std::size_t at) {
   return rows[symmetric_entry((rows.size() + 1) / 2, axis, axis)].row(at); // three of two axes, six of three
 }
@@ -389,8 +389,8 @@ private:
     } else {
       rows.by_moments(row);
     }
-    // Of an image a masked cell, whose moments are 0, adds to sums of two, which do not ask for their order;
-    // of a volume it takes its place among the others.
+    // A masked cell of an image, whose moments are 0, adds to sums of two, which do not ask for their order;
+    // one of a volume takes its place among the others.
     if (axes == 2) {
       rows.forces(row, on_rows.data());
     }

@@ -61,7 +61,8 @@ public:
   /// In place: the level must stay as it is.
   void borrow(const Level& level, int threads);
   void copy(const Level& level, int threads);
-  /// As sample_level() with Material::nearest, without what no sweep reads. `full` holds all of `level`.
+  /// Does what sample_level() does with Material::nearest, without what no sweep reads. `full` holds all of
+  /// `level`.
   void sample(const Level& level, const LevelData& full, Extent extent, Alignment alignment, int threads);
   /// Gives memory back that is more than `bytes`.
   void release_beyond(std::size_t bytes);

@@ -37,7 +37,7 @@ struct Response {
 /// set: there are many rows, and most are short.
 template <std::size_t axes>
 struct CellRow {
-  /// As ElasticLevel::moments; of a volume's image four rows of moduli, as sites.
+  /// The moments as ElasticLevel has them; in a volume's image four rows of moduli, as sites.
   const float* moments[axes == 2 ? 6 : 23];
   ConstElasticRow sites[2 << (axes - 2)]; ///< displacements of the rows at its corners: y, then z
   ElasticRatios<float> ratio;

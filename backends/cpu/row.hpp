@@ -73,9 +73,9 @@ struct RowPart {
   bool coloured = false; ///< false: it is the turn of all components; the next says nothing
   int moves[3][2] = {};  ///< whether it is the turn of a component in even and in odd columns of the rows
   TileKind kind;         ///< of all tiles that the part is in
-  /// Of a volume with Rule::steps and one colour: the part may touch the ends of the row, and `neighbours`
-  /// leaves out that something is outside there. What is there is read, though not used: it must be in the
-  /// arrays.
+  /// Set for a volume with Rule::steps and one colour: the part may touch the ends of the row, and
+  /// `neighbours` leaves out that something is outside there. What is there is read, though not used: it must
+  /// be in the arrays.
   bool ends = false;
   /// The short path: Rule::steps with the default candidates, one colour, and nothing is outside, but at
   /// `ends`, which a volume needs. Then numbers that are uniform are read from `kind`, not from the arrays.

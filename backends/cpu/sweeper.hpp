@@ -77,7 +77,7 @@ public:
   /// The field is another one, of which nothing is known.
   void wake_all(const Tiling& tiling, int threads);
 
-  /// As sweep_densely(), of which a first sweep after wake_all() visits as much.
+  /// Does what sweep_densely() does, of which a first sweep after wake_all() visits as much.
   [[nodiscard]] std::int64_t sweep(const Sweeper& sweeper, Fields& fields, int first, int sweeps,
                                    const Projection* projection = nullptr);
 

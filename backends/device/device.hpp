@@ -176,7 +176,7 @@ public:
   [[nodiscard]] virtual const Device& description() const = 0;
   [[nodiscard]] virtual const DeviceLimits& limits() const = 0;
 
-  /// Of undefined content. Throws TooLarge where it exceeds the limits.
+  /// Allocates an array; its content is undefined. Throws TooLarge where it exceeds the limits.
   [[nodiscard]] std::unique_ptr<Array> allocate(std::size_t count, Kind kind);
   /// From byte `first` on.
   virtual void write(const Array& to, std::size_t first, std::span<const std::byte> values) = 0;
@@ -269,7 +269,7 @@ template <typename Value>
 /// Devices of an API.
 class ComputeApi : public Interface {
 public:
-  /// As Backend::devices().
+  /// Returns what Backend::devices() returns.
   [[nodiscard]] virtual std::vector<Device> devices() const = 0;
   /// `index` into devices(). Throws DeviceError.
   [[nodiscard]] virtual std::unique_ptr<ComputeDevice> open(std::size_t index) const = 0;

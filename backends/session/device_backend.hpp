@@ -64,7 +64,7 @@ private:
   OnDevice<Owner, Levels> levels_;
 };
 
-/// As Backend and ArithmeticProgram give it.
+/// The words that Backend and ArithmeticProgram give.
 struct DeviceBackendName {
   std::string name;
   std::string description;

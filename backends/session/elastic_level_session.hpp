@@ -223,7 +223,7 @@ private:
   [[nodiscard]] bool is_coarse(const ElasticCall& call) const {
     return call.from.level >= coarse_ && call.kernel.step <= ElasticStep::solve;
   }
-  /// Of the arrays of levels from coarse_ on.
+  /// Return the length of the arrays of levels from coarse_ on, and where these begin.
   [[nodiscard]] std::int64_t coarse_size() const { return layout_.size - coarse_base(); }
   [[nodiscard]] std::int64_t coarse_base() const {
     const ElasticLayout::Part& finest = layout_.levels[static_cast<std::size_t>(coarse_)];

@@ -28,7 +28,7 @@ struct ElasticLayout {
   /// All levels, one after the other; dot products by blocks of so many sites along each axis.
   ElasticLayout(const ElasticHierarchy& hierarchy, int block);
 
-  /// Of a level that lies alone, in an array of padded(sites).
+  /// Returns the place of a level that lies alone, in an array of padded(sites).
   [[nodiscard]] static Part alone(Extent sites);
   [[nodiscard]] static Extent padded(Extent sites) {
     return {sites.width + 3, sites.height + 3, sites.axes() == 3 ? sites.depth + 3 : 1};
@@ -103,7 +103,8 @@ struct ElasticKernel {
   auto operator<=>(const ElasticKernel&) const = default;
 };
 
-/// As kernels have them, words. What does not change of a level lies as `from`.
+/// The parameters of one dispatch, in the order in which kernels read them. Arrays that never change within a
+/// level are laid out like `from`.
 struct ElasticParameters {
   /// Sites, and where they lie in an array, as ElasticLayout::Part.
   struct Place {

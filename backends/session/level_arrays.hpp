@@ -20,7 +20,8 @@ struct SiteLayout {
   SiteLayout() = default;
   SiteLayout(Extent extent, bool has_planes);
 
-  /// Of an array with so many numbers a site: where they are texels 2, or 4 in each.
+  /// Returns the length of an array with so many numbers a site, 2 or 4 of which are a texel where it has
+  /// such.
   [[nodiscard]] std::size_t count(std::size_t numbers) const {
     return has_planes ? numbers * plane : extent.sites() * ((numbers + 3) / 4);
   }

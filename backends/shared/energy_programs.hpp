@@ -18,7 +18,7 @@ struct RowPart;
 /// What the backends run of an energy: built by energy_programs.cpp, scalar_sweep.cpp, row.cpp and the
 /// shaders with the energy's text in them.
 struct EnergyPrograms {
-  /// Of energy.inc, for compilers at run time.
+  /// The text energy.inc, for compilers at run time.
   std::string_view text;
   /// SPIR-V of kernels/shaders; empty without Vulkan.
   std::span<const std::uint32_t> vulkan_sweep;

@@ -54,7 +54,7 @@ using tile_class::general_class;
 /// All that tell anything apart inside the level.
 inline constexpr std::size_t classes_inside = class_set({0, 1, 2, 3});
 
-/// Of a tile inside the level, all sites of which are of a kind.
+/// Returns the class of a tile inside the level, all sites of which are of a kind.
 [[nodiscard]] constexpr std::size_t class_of(SiteKind kind) {
   const bool observed = kind == SiteKind::general || kind == SiteKind::uniform;
   const bool elastic = kind == SiteKind::general || kind == SiteKind::unobserved;
@@ -92,8 +92,8 @@ struct TileLists {
   std::array<std::uint32_t, class_count> count{};
 };
 
-/// Of a level that samples `full` (pyramid.hpp), which may be the level itself. In parallel where the level
-/// is large.
+/// Classifies the tiles of a level that samples `full` (pyramid.hpp), which may be the level itself. In
+/// parallel where the level is large.
 [[nodiscard]] TileLists classify_tiles(const Level& full, Extent extent, Alignment alignment,
                                        const TilesWanted& wanted);
 

@@ -124,7 +124,7 @@ struct Inclusion {
 class InclusionScan {
 public:
   static constexpr std::array<double, 6> radii{3.0, 4.25, 6.0, 8.5, 12.0, 15.0}; ///< pixels
-  /// Of the discs around every site, one field per radius; only inside sites mean something.
+  /// The scores of the discs around every site, one field per radius; only inside sites mean something.
   using Scores = std::array<ScalarField, radii.size()>;
 
   /// `reference` is the observed displacement, whose border says how the region is strained. The sheet must
@@ -195,7 +195,7 @@ struct DetectionOptions {
 
 struct Detection {
   ScalarField modulus; ///< MPa; outside the region that of the labels
-  /// Of the most significant disc around each site, standard deviations of what is found where nothing is
+  /// The most significant disc around each site, in standard deviations of what is found where nothing is
   /// hidden: above 0 stiffer than the label says, below softer.
   ScalarField significance;
   double noise = 0.0; ///< of the displacement, standard deviation of a component, pixels

@@ -39,7 +39,7 @@ inline double lowest_bit(float value) {
 
 namespace hdmbench::bounded {
 
-/// Of float32, and half the spacing of its subnormal numbers: what an underflow may lose.
+/// The unit roundoff of float32, and half the spacing of its subnormal numbers: what an underflow may lose.
 constexpr double unit_roundoff = 0x1p-24;
 constexpr double underflow = 0x1p-150;
 /// Covers the rounding of the double arithmetic in which values and bounds are computed.
@@ -104,7 +104,7 @@ public:
     }
     return product;
   }
-  // Of the exact values: code that branches on these must allow for the error.
+  // Compare the exact values: code that branches on these must allow for the error.
   friend auto operator<=>(const real& a, const real& b) { return a.exact_ <=> b.exact_; }
   friend bool operator==(const real& a, const real& b) { return a.exact_ == b.exact_; }
   friend real abs(const real& a) {

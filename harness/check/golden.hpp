@@ -108,7 +108,7 @@ struct GoldenResult {
 /// `name` is what errors call the text. Throws InputError.
 [[nodiscard]] std::vector<GoldenEntry> read_golden(std::string_view text, std::string_view name);
 
-/// Of harness/check/golden.json, as it was when the program was built.
+/// Returns the entries of harness/check/golden.json, as it was when the program was built.
 [[nodiscard]] const std::vector<GoldenEntry>& committed_golden();
 
 /// Null where there is none.

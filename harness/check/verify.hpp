@@ -95,7 +95,7 @@ struct Comparison {
   double largest_gap_over_bound = 0.0; ///< over the certified sites, at most 1
   std::int64_t counts_differing = 0;   ///< sweeps after which changed() was wrong
   double largest_difference = 0.0;     ///< from the reference's field, pixels
-  /// Of active: site updates that could be left out (RestingTiles).
+  /// The site updates that active work could leave out (RestingTiles).
   std::int64_t sites_at_rest = 0;
   std::optional<FirstDifference> first{};
   Verdict verdict = Verdict::skipped;
@@ -110,7 +110,7 @@ struct VerifyOptions {
   std::optional<int> iteration_limit; ///< per level, for a shorter run
 };
 
-/// Of a backend that has to have the reference's bits: what rounding explains is wrong all the same.
+/// Judges a backend that has to have the reference's bits: what rounding explains is wrong all the same.
 void excuse_nothing(Comparison& comparison);
 
 /// Why a mode does not apply to the scene on any backend, as a part of a sentence; empty: it is compared.
@@ -129,7 +129,7 @@ void excuse_nothing(Comparison& comparison);
 /// reason, and so is one that breaks off later (Comparison::failed); all others go on. An error of the
 /// reference is not caught.
 ///
-/// Of the elastic energy every step of the method (sweep, residual, transfer, sum) is taken by all sessions
+/// With the elastic energy every step of the method (sweep, residual, transfer, sum) is taken by all sessions
 /// at the same time. resync: what a step made is compared on all sites, and mended where it differs; a
 /// difference is certified within the bound of rounding (bounded_real.hpp) of what the step was made from;
 /// Comparison::counts_differing are sums over the image (ElasticSession::dot) beyond their bound. pyramid:

@@ -31,7 +31,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(Context, machine, cpu, cores, ar
                                                 compiler, flags, commit, version, date, arguments, quick,
                                                 load)
 
-/// Of this program here and now.
+/// Returns the context of this program here and now.
 [[nodiscard]] Context run_context(std::string_view arguments, bool quick);
 
 /// What `--json` writes: {"schema": 1, "command", "context", "results": [rows]}, and "cut": true where the

@@ -52,7 +52,7 @@ public:
 
   [[nodiscard]] virtual int rank() const = 0;
   [[nodiscard]] virtual int size() const = 0;
-  /// Of the ranks on the same machine.
+  /// Return the number of this rank, and how many there are, on the same machine.
   [[nodiscard]] virtual int rank_on_machine() const = 0;
   [[nodiscard]] virtual int size_on_machine() const = 0;
   [[nodiscard]] bool is_first() const { return rank() == 0; }

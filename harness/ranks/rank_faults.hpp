@@ -32,7 +32,7 @@ struct RankFault {
   /// Spoils the piece of a level that this rank loads, or of a sheet.
   std::function<void(Level&, std::size_t rank)> in_level{};
   std::function<void(ElasticHierarchy&, std::size_t rank)> in_sheet{};
-  /// Of this rank's own session with Work::active.
+  /// A fault of this rank's own session with Work::active.
   std::optional<Fault> in_active_session{};
   std::string method = "icm";   ///< that it concerns
   std::size_t fewest_sites = 1; ///< Sharing::fewest_sites that it is tried with

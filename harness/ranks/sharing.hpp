@@ -20,8 +20,8 @@ struct LevelShare {
 /// coarse site lies in the piece of the fine sites that it stands for.
 struct ElasticShare {
   std::vector<Extent> levels; ///< sites, the image first
-  /// Of the levels that are cut, and of the one below them, which the first rank computes: there they say who
-  /// brings and gets what. All sites belong to the first rank where no level is cut.
+  /// The shares of the levels that are cut, and of the one below them, which the first rank computes: there
+  /// they say who brings and gets what. All sites belong to the first rank where no level is cut.
   std::vector<LevelShare> shares;
 
   [[nodiscard]] int cut_levels() const { return static_cast<int>(shares.size()) - 1; }

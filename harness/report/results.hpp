@@ -53,7 +53,7 @@ using Rows = std::vector<const nlohmann::json*>;
 /// "300 x 300", or "64 x 64 x 64" of a volume.
 [[nodiscard]] std::string size_of(const nlohmann::json& row);
 
-/// Of a row of verify or golden: that it says agree, certified, disagree or mistrusted.
+/// Whether a row of verify or golden says agree, certified, disagree or mistrusted.
 [[nodiscard]] bool was_compared(const nlohmann::json& row);
 /// That a row of verify says "disagree", or "agree" with what no row may have that agrees.
 [[nodiscard]] bool disagrees(const nlohmann::json& row);

@@ -13,7 +13,7 @@ enum class State {
   unsure, ///< something was skipped, failed, cannot be trusted or does not reach what was asked
   bad,    ///< at least one result is wrong
 };
-/// As page.css has them.
+/// The names that page.css has for them.
 NLOHMANN_JSON_SERIALIZE_ENUM(State, {{State::good, "good"}, {State::unsure, "unsure"}, {State::bad, "bad"}})
 
 /// A sentence about the rows of one command.

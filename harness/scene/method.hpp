@@ -20,7 +20,7 @@ struct Method {
   std::string_view effort;  ///< what --iterations counts: "iterations per level", "cycles", ...
   int usual_effort;         ///< iterations where neither scene nor command line says; 0: the scene's own
   std::string_view takes;   ///< the keys that are its own (harness/scene/schedule_keys.hpp): "steps, update"
-  /// Of the level it changes steps and update.
+  /// Sets the schedule up; of the level it changes steps and update.
   void (*configure)(Schedule& schedule, Level& level);
 };
 

@@ -126,8 +126,8 @@ void set_start_level(Scene& scene, int level);
 /// What the command line may change about a scene file.
 struct SceneOptions {
   std::optional<Extent> size{}; ///< pixels; none: the file's own
-  /// Of a [brain], in place of the file's: "axial", "coronal" or "sagittal". Empty: the file's, and its
-  /// slice.
+  /// The orientation of a [brain], in place of the file's: "axial", "coronal" or "sagittal". Empty: the
+  /// file's, and its slice.
   std::string orientation{};
   std::optional<int> slice{};      ///< of that orientation; none: the one that shows most of the brain
   std::filesystem::path tissues{}; ///< of a scene that is an image of labels, as of scene_of_labels()

@@ -29,7 +29,7 @@ struct BlockModuli {
   ScalarField inverse_mean; ///< 1/MPa, of 1 / m: of layers that are loaded one after the other
 };
 
-/// Of an image with these moduli, or of a sampled one with these means.
+/// Returns the means of an image with these moduli, or of a sampled one with these means.
 [[nodiscard]] BlockModuli block_moduli(const ScalarField& modulus, const ScalarField& inverse_modulus,
                                        Extent sampled);
 

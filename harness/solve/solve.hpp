@@ -45,7 +45,7 @@ struct Solution {
   VectorField displacement; ///< full resolution, pixels
   std::vector<LevelResult> levels;
   Timings timings;
-  /// Of the RMSD of `displacement` and the fixed point, pixels; none where the method has no estimate.
+  /// The estimate of the RMSD of `displacement` and the fixed point, pixels; none where the method has none.
   std::optional<double> estimated_error{};
   bool grew = false; ///< cycles moved the field farther and farther, and were ended
 };

@@ -20,7 +20,7 @@ struct Extent {
   int height = 0;
   int depth = 1;
 
-  /// Of which a displacement has components: 2 where depth is 1, else 3.
+  /// Returns how many components a displacement has: 2 where depth is 1, else 3.
   [[nodiscard]] std::size_t axes() const { return depth > 1 ? 3 : 2; }
   [[nodiscard]] std::size_t sites() const {
     return static_cast<std::size_t>(width) * static_cast<std::size_t>(height) *

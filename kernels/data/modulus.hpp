@@ -34,7 +34,8 @@ struct ModulusRange {
   double stiffest = 0.0;
 };
 
-/// Of moduli > 0. Of none: the largest float and 0, which other parts of an image change.
+/// Returns the least and the greatest modulus, which are > 0. Without moduli it returns {largest float, 0},
+/// which merges with the range of another part.
 [[nodiscard]] ModulusRange modulus_range(const ScalarField& modulus);
 
 /// The stiffest over the softest of an image's moduli, which are > 0. >= 1

@@ -38,7 +38,7 @@ enum class Material {
 struct SampledSites {
   SampledSites(Extent full_, Extent extent, Alignment alignment);
 
-  /// Of `full`: of what the level's site (x, y, z) samples, and of the first site of the row of it.
+  /// Return the site of `full` that the level's site (x, y, z) samples, and the first one of its row.
   [[nodiscard]] std::size_t index(int x, int y, int z) const {
     return row(y, z) + static_cast<std::size_t>(axes[0][static_cast<std::size_t>(x)]);
   }

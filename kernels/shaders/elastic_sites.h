@@ -26,7 +26,7 @@
 
 #include "elastic_sweep.h"
 
-// Of the finer level, where it may move.
+// Returns a site of the finer level, 0 where it may not move.
 HDM_FUNCTION Components fine_site(ARRAYS int at) {
   Components fine;
   GET_FROM(fine, at)
@@ -155,7 +155,7 @@ HDM_FUNCTION real term_at(ARRAYS int x, int y, int z) {
   return x < all.width && y < all.height && z < all.depth ? term : none;
 }
 
-// Of a block of ELASTIC_BLOCK sites a side, as x.
+// Returns the sum of a block of ELASTIC_BLOCK sites a side, as x.
 HDM_FUNCTION Components block_sum(ARRAYS int x, int y, int z) {
   Sum blocks;
   EACH_CORNER {
@@ -246,7 +246,7 @@ HDM_FUNCTION Place place_told(ARRAYS int word) {
   return of;
 }
 
-// Of a level, counted from the finest one that is computed together with others.
+// Returns where a level lies, counted from the finest one that is computed together with others.
 HDM_FUNCTION Place place_of(ARRAYS int level) {
   Place of;
   of.width = TOLD(8), of.height = TOLD(9), of.depth = TOLD(10), of.first = 0;

@@ -83,7 +83,7 @@ WORK_OF_ITEM
 // Components are prescribed on every level of a volume, of an image on the finest only.
 #define CUTS (HDM_AXES == 3 || IS_IMAGE != 0)
 #define DIAGONAL(axis) ENTRY(axis, axis)
-// Of a symmetric matrix, the upper half row by row.
+// The place of an entry of a symmetric matrix, whose upper half is kept row by row.
 #define ENTRY(a, b)                                                                                          \
   ((a) < (b) ? (a) * (2 * HDM_AXES - 1 - (a)) / 2 + (b) : (b) * (2 * HDM_AXES - 1 - (b)) / 2 + (a))
 
@@ -166,8 +166,8 @@ HDM_FUNCTION CellComponents forces_by_moments(ARRAYS CellMoments moments_of_cell
 }
 #endif
 
-// Of a cell that has moments, or of the image of a volume moduli at its corners. Cells of the ring around a
-// level have no stiffness: what they would have is not `there`.
+// Returns the forces of a cell that has moments, or in the image of a volume moduli at its corners. Cells of
+// the ring around a level have no stiffness: what they would have is not `there`.
 HDM_FUNCTION CellComponents forces_of_cell(ARRAYS int i, CellComponents u, CellNumbers moduli, bool there) {
 #if HDM_AXES == 3
   if (HAS_MODULI) {
@@ -252,8 +252,8 @@ HDM_FUNCTION void sweep_columns(ARRAYS int left, int y, int begin, int end) {
   real next[HDM_AXES * (1 + 2 * AROUND)][COLUMNS + 2]; // and on the next
   real modulus_here[1 + 2 * AROUND][COLUMNS + 2];
   real modulus_next[1 + 2 * AROUND][COLUMNS + 2];
-  // Of cells on sites of row y, by their corner along z, row of cells and corner along x; cell i is to the
-  // west of column i. Drivers unroll loops that are as long as an array is.
+  // The forces of cells on sites of row y, by their corner along z, row of cells and corner along x; cell i
+  // is to the west of column i. Drivers unroll loops that are as long as an array is.
   real forces[HDM_AXES][2][1 + AROUND][2][COLUMNS + 1];
   real before[HDM_AXES][COLUMNS]; // on a plane's sites, of the cells before it
   int at = AT(from_place, left, y, begin - 1);

@@ -114,8 +114,9 @@ struct RestState {
   /// one would move back to the bit. Rule::steps only, else 0.
   std::size_t moving = 0;
   std::size_t swapping = 0;
-  /// Of missing: root mean square of the part that changes sign from site to site along a component's own
-  /// axis, pixels, and its share of the whole, squared: 1 for stripes, 3/8 for noise, 0 for what is smooth.
+  /// The root mean square of the part of `missing` that changes sign from site to site along a component's
+  /// own axis, pixels, and its share of the whole, squared: 1 for stripes, 3/8 for noise, 0 for what is
+  /// smooth.
   double stripes = 0.0;
   double stripes_share = 0.0;
 };

@@ -31,7 +31,8 @@ inline constexpr std::string_view truth_outside = "the truth given outside the r
                                             const Backend& backend, const SessionOptions& session,
                                             Progress& progress);
 
-/// Of a radius of 3 to 15 pixels and a contrast of 1.5 to 10, even on a logarithmic scale, by the seed.
+/// Returns one with a radius of 3 to 15 pixels and a contrast of 1.5 to 10, even on a logarithmic scale, by
+/// the seed.
 [[nodiscard]] PlantedInclusion any_inclusion(std::uint32_t seed);
 
 /// How a planted inclusion is looked for.

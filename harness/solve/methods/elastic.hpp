@@ -34,10 +34,10 @@ public:
   /// is nothing to solve. All must outlive this object.
   ElasticSolver(const Level& full, const ElasticModel& model, const SiteSprings& springs,
                 ElasticSession& session);
-  /// Of a sheet with springs: what is solved from now on. `forces` (on sites that are not prescribed, MPa *
-  /// pixel * thickness) pull at the sheet, which is displaced by `start`, where its springs are at rest: the
-  /// way w from start that solves A (start + w) + springs w = forces. Prescribed components keep the value
-  /// that start has.
+  /// Sets what is solved from now on, on a sheet with springs. `forces` (on sites that are not prescribed,
+  /// MPa * pixel * thickness) pull at the sheet, which is displaced by `start`, where its springs are at
+  /// rest: the way w from start that solves A (start + w) + springs w = forces. Prescribed components keep
+  /// the value that start has.
   void pull(VectorField start, const VectorField& forces);
 
   /// From the coarsest level to the finest, one W cycle each: the error of the result is of the size of the

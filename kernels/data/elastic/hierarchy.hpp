@@ -32,11 +32,11 @@ struct RingedGrid {
   [[nodiscard]] std::size_t to_corner(std::size_t corner) const {
     return (corner & 1) + (corner >> 1 & 1) * pitch + (corner >> 2) * plane;
   }
-  /// Of an array, with the ring.
+  /// Returns how many floats an array has, the ring included.
   [[nodiscard]] std::size_t size() const {
     return (axes() == 3 ? static_cast<std::size_t>(sites.depth) + 2 : 1) * plane + margin;
   }
-  /// Of an image one plane.
+  /// Returns the cells along each axis; an image has one plane of them.
   [[nodiscard]] Extent cells() const {
     return {sites.width - 1, sites.height - 1, std::max(sites.depth - 1, 1)};
   }
@@ -47,8 +47,8 @@ struct RingedGrid {
   std::size_t plane = 0; ///< floats from a plane to the next
 };
 
-/// Of a symmetric matrix of so many axes, which is kept row by row from its diagonal on: the place of an
-/// entry.
+/// Returns the place of an entry of a symmetric matrix of so many axes, which is kept row by row from its
+/// diagonal on.
 [[nodiscard]] constexpr std::size_t symmetric_entry(std::size_t axes, std::size_t row, std::size_t column) {
   const std::size_t first = row < column ? row : column;
   return first * axes - first * (first + 1) / 2 + (row < column ? column : row);
@@ -57,17 +57,17 @@ struct RingedGrid {
 /// One level of an elastic body: all that a sweep reads and does not write.
 struct ElasticLevel {
   RingedGrid grid;
-  /// Of cells, MPa, in the order of CellMoments: six in an image (specification/elastic/cell.inc), 23 in a
-  /// volume (volume.inc), 0 where a cell is masked. A volume's finest level has one array instead: the
-  /// modulus of each site.
+  /// The moments of cells, MPa, in the order of CellMoments: six in an image
+  /// (specification/elastic/cell.inc), 23 in a volume (volume.inc), 0 where a cell is masked. A volume's
+  /// finest level has one array instead: the modulus of each site.
   std::vector<std::vector<float>> moments;
   float bend = 1.0F; ///< CellMoments::bend of a volume's finest level
   /// SiteResponse of sites: symmetric_entry() of the relaxation times the inverse of their own stiffness.
   std::vector<std::vector<float>> response;
   MaskedCells masked; ///< on the finest level those with a spring: at most as many as observed sites
 
-  /// Of a cell that does not belong to the ring, as Elastic or ElasticVolume of any scalar has it; `index` of
-  /// the grid.
+  /// Returns a cell that does not belong to the ring, as Elastic or ElasticVolume of any scalar has it;
+  /// `index` of the grid.
   template <typename Arithmetic>
   [[nodiscard]] typename Arithmetic::CellMoments cell(std::size_t index) const {
     using Scalar = typename Arithmetic::real;

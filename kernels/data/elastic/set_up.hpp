@@ -11,9 +11,9 @@ namespace hdmbench {
 
 /// Not 0 where a component is prescribed, with the grid's ring, which is not.
 struct Prescribed {
-  /// Of the image.
+  /// Takes the components that the image prescribes.
   Prescribed(const Level& full, const RingedGrid& grid);
-  /// Of a coarse level of a volume: what the fine sites at the same places are.
+  /// Takes for a coarse level of a volume what the fine sites at the same places are.
   Prescribed(const Prescribed& fine, const RingedGrid& fine_grid, const RingedGrid& grid);
 
   std::vector<std::vector<std::uint8_t>> component;
@@ -103,7 +103,7 @@ template <typename Cell>
 [[nodiscard]] double largest_eigenvalue(const std::array<double, std::size_t{1} << Cell::axes>& moduli,
                                         const ElasticRatios<double>& ratio, double bend);
 
-/// Of a cell that is not masked. `index` of the grid.
+/// Returns the matrix of a cell that is not masked. `index` of the grid.
 [[nodiscard]] CellMatrix cell_matrix(const ElasticLevel& level, std::size_t index,
                                      const ElasticHierarchy& hierarchy);
 
@@ -120,7 +120,7 @@ struct MomentsRow {
   using InFloat = Elastic<float, true>; ///< squares have 1 for a factor, which changes nothing
   std::array<Value*, 6> moments{};
 
-  /// Of an ElasticLevel, row y >= -1.
+  /// Points to row y >= -1 of an ElasticLevel.
   template <typename OfLevel>
   MomentsRow(OfLevel& level, int y) {
     for (std::size_t i = 0; i < moments.size(); ++i) {

@@ -25,8 +25,8 @@ struct SiteSprings {
   ScalarField yy;
 };
 
-/// Of an observation with a standard deviation of so many pixels, >= 0: its spring is 1 / deviation^2 times
-/// as stiff as the tissue of its site.
+/// Returns the confidence of an observation with a standard deviation of so many pixels, >= 0: its spring is
+/// 1 / deviation^2 times as stiff as the tissue of its site.
 [[nodiscard]] inline float confidence_of_deviation(double deviation) {
   return static_cast<float>(1.0 / (1.0 + deviation * deviation));
 }

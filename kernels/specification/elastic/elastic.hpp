@@ -144,7 +144,7 @@ private:
   }
 };
 
-/// As backends compute it.
+/// The arithmetic of backends.
 using ElasticInFloat = Elastic<float>;
 using VolumeInFloat = ElasticVolume<float>;
 

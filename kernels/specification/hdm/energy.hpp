@@ -29,7 +29,7 @@ struct Hdm<Scalar, 3> {
 #undef HDM_ENERGY_TEXT
 #undef HDM_INPUTS
 
-/// As backends compute it.
+/// The arithmetic of backends.
 using HdmInFloat = Hdm<float>;
 
 } // namespace hdmbench
