@@ -13,8 +13,11 @@ namespace hdmbench {
 
 namespace {
 
-/// Of cells that a thread makes at a time: conditions are often in a few rows.
+/// Rows of cells that a thread makes at a time: conditions are often in a few.
 constexpr int rows_together = 8;
+constexpr std::size_t cells_worth_threads = sites_worth_threads / 8;
+/// Masked cells that a thread makes at a time. A matrix takes microseconds, so that a few are worth threads.
+constexpr std::size_t masked_together = 8;
 
 /// What a coarser level has to know of a level's cells.
 enum class CellKind : std::uint8_t {
@@ -34,7 +37,7 @@ struct CellKinds {
 template <typename Call>
 void for_each_row(Extent cells, const Call& call) {
   const int rows = cells.height * cells.depth;
-#pragma omp parallel for schedule(dynamic, rows_together) if (cells.sites() > sites_worth_threads)
+#pragma omp parallel for schedule(dynamic, rows_together) if (cells.sites() > cells_worth_threads)
   for (int row = 0; row < rows; ++row) {
     call(cells.index(0, row), row % cells.height, row / cells.height);
   }
@@ -178,35 +181,41 @@ void set_masked_cells(ElasticLevel& level, CellKinds& kinds, const Matrix& matri
   masked.components = level.grid.axes() << level.grid.axes();
   masked.rows = static_cast<std::size_t>(cells.height);
   masked.begin.assign(1, 0);
-  for (std::size_t cell = 0; cell < cells.sites(); ++cell) {
-    kinds.index[cell] = static_cast<std::uint32_t>(masked.x.size());
-    if (kinds.kind[cell] == CellKind::masked) {
-      masked.x.push_back(static_cast<int>(cell % static_cast<std::size_t>(cells.width)));
+  std::vector<int> row_of; // of each masked cell
+  for (int row = 0; row < cells.height * cells.depth; ++row) {
+    const std::size_t first = cells.index(0, row);
+    for (int x = 0; x < cells.width; ++x) {
+      const std::size_t cell = first + static_cast<std::size_t>(x);
+      if (kinds.kind[cell] == CellKind::masked) {
+        kinds.index[cell] = static_cast<std::uint32_t>(masked.x.size());
+        masked.x.push_back(x);
+        row_of.push_back(row);
+      }
     }
-    if ((cell + 1) % static_cast<std::size_t>(cells.width) == 0) {
-      masked.begin.push_back(masked.x.size());
-    }
+    masked.begin.push_back(masked.x.size());
   }
   const std::size_t size = masked.components;
   masked.stiffness.resize(masked.x.size() * size * size);
-  const bool has_moments = level.moments.size() > 1;
-  for_each_cell(cells, [&](std::size_t cell, int x, int y, int z) {
-    if (kinds.kind[cell] == CellKind::masked) {
-      const CellMatrix matrix = matrix_at(x, y, z);
-      float* const to = masked.stiffness.data() + kinds.index[cell] * size * size;
-      for (std::size_t column = 0; column < size; ++column) {
-        for (std::size_t row = 0; row < size; ++row) {
-          to[size * column + row] =
-              static_cast<float>(matrix.at(std::max(row, column), std::min(row, column)));
+#pragma omp parallel for schedule(dynamic, masked_together) if (masked.x.size() > masked_together)
+  for (std::size_t i = 0; i < masked.x.size(); ++i) {
+    const CellMatrix matrix = matrix_at(masked.x[i], row_of[i] % cells.height, row_of[i] / cells.height);
+    float* const to = masked.stiffness.data() + i * size * size;
+    for (std::size_t column = 0; column < size; ++column) {
+      for (std::size_t row = 0; row < size; ++row) {
+        to[size * column + row] =
+            static_cast<float>(matrix.at(std::max(row, column), std::min(row, column)));
+      }
+    }
+  }
+  if (level.moments.size() > 1) {
+    for_each_cell(cells, [&](std::size_t cell, int x, int y, int z) {
+      if (kinds.kind[cell] != CellKind::whole) {
+        for (std::vector<float>& moment : level.moments) {
+          moment[level.grid.index(x, y, z)] = 0.0F;
         }
       }
-    }
-    if (kinds.kind[cell] != CellKind::whole && has_moments) {
-      for (std::vector<float>& moment : level.moments) {
-        moment[level.grid.index(x, y, z)] = 0.0F;
-      }
-    }
-  });
+    });
+  }
 }
 
 /// The stiffness of a site's spring: symmetric_entry() of it.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <vector>
 
 namespace hdmbench {
 
@@ -18,8 +19,9 @@ CellMatrix image_matrix(const std::array<double, std::size_t{1} << Cell::axes>& 
   }
 }
 
-} // namespace
-
+/// Returns the largest eigenvalue of D^-1 K of a cell of the image whose corners have these moduli, by power
+/// iteration: D is what K, integrated in full, has on the diagonal in blocks of a corner. No sweep over many
+/// cells has a larger one. `bend` as ElasticLevel has it.
 template <typename Cell>
 double largest_eigenvalue(const std::array<double, std::size_t{1} << Cell::axes>& moduli,
                           const ElasticRatios<double>& ratio, double bend) {
@@ -67,15 +69,61 @@ double largest_eigenvalue(const std::array<double, std::size_t{1} << Cell::axes>
   return norm;
 }
 
-template double largest_eigenvalue<VolumeCell>(const std::array<double, 8>&, const ElasticRatios<double>&,
-                                               double);
+/// Returns which of a box's corners may be stiff, a bit each: some but not all, and of those that are each
+/// other's reflections one.
+std::vector<unsigned> patterns_but_for_reflections() {
+  std::vector<unsigned> patterns;
+  for (unsigned pattern = 1; pattern < 255; ++pattern) {
+    bool is_first = true;
+    for (unsigned axes = 1; axes < 8; ++axes) { // along which it is reflected
+      unsigned reflected = 0;
+      for (unsigned corner = 0; corner < 8; ++corner) {
+        reflected |= (pattern >> corner & 1U) << (corner ^ axes);
+      }
+      is_first &= pattern <= reflected;
+    }
+    if (is_first) {
+      patterns.push_back(pattern);
+    }
+  }
+  return patterns;
+}
+
+constexpr double saturating_contrast = 1e6; // beyond it the eigenvalues change no more
+
+} // namespace
+
+VolumeRelaxation::VolumeRelaxation(const ElasticRatios<double>& of, double contrast, double bend)
+    : ratio(of.as<float>()) {
+  // The stiff corners, a bit each: of cubes all patterns but for turns and reflections.
+  const std::vector<unsigned> of_cubes{1,   3,   7,   9,   15,  23,  39,  41,  67,  105,
+                                       126, 129, 135, 188, 195, 214, 246, 248, 252, 254};
+  const std::vector<unsigned> patterns = of.has_boxes() ? patterns_but_for_reflections() : of_cubes;
+  const auto largest = [&](double stiff, double bend_of_cell) {
+    double most = 0.0;
+    for (const unsigned pattern : patterns) {
+      std::array<double, 8> moduli;
+      for (unsigned corner = 0; corner < 8; ++corner) {
+        moduli[corner] = (pattern >> corner & 1) != 0 ? stiff : 1.0;
+      }
+      most = std::max(most, largest_eigenvalue<VolumeCell>(moduli, of, bend_of_cell));
+    }
+    return most;
+  };
+  const double uniform = largest_eigenvalue<VolumeCell>({1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0}, of, 1.0);
+  constexpr double share_of_limit = 1.9; // a wave grows from 2 on
+  factor = static_cast<float>(share_of_limit / uniform);
+  const double most = std::min(contrast, saturating_contrast);
+  weight =
+      contrast > 1.0 ? static_cast<float>(std::max(largest(most, 1.0), largest(most, bend)) / uniform) : 1.0F;
+  weight_beyond = static_cast<float>(largest(saturating_contrast, 1.0) / uniform);
+}
 
 float image_relaxation(const ElasticRatios<double>& ratio) {
   if (!ratio.has_boxes()) {
     return static_cast<float>(elastic_relaxation);
   }
-  constexpr double saturating_contrast = 1e6; // beyond it the eigenvalues change no more
-  constexpr double of_squares = 3.25;         // the largest of all
+  constexpr double of_squares = 3.25; // the largest of all
   double largest = of_squares;
   for (unsigned pattern = 0; pattern < 15; ++pattern) { // the stiff corners, a bit each
     std::array<double, 4> moduli;

@@ -9,7 +9,7 @@
 
 namespace hdmbench {
 
-/// Not 0 where a component is prescribed, with the grid's ring, which is not.
+/// 1 where a component is prescribed, else 0, with the grid's ring, which is not.
 struct Prescribed {
   /// Takes the components that the image prescribes.
   Prescribed(const Level& full, const RingedGrid& grid);
@@ -20,31 +20,28 @@ struct Prescribed {
 };
 
 /// Returns the inverse of a 3 x 3 matrix, symmetric_entry() of each. Rows and columns of a diagonal entry
-/// that is not above 0 are left out.
+/// that is not above 0 are left out. Without a branch, so that a loop over sites becomes one of vectors.
 template <typename Real>
-[[nodiscard]] std::array<Real, 6> inverse_of_symmetric(std::array<Real, 6> a) {
-  std::array<bool, 3> out{};
-  for (std::size_t row = 0; row < 3; ++row) {
-    out[row] = !(a[symmetric_entry(3, row, row)] > Real(0));
-    if (out[row]) {
-      for (std::size_t column = 0; column < 3; ++column) {
-        a[symmetric_entry(3, row, column)] = row == column ? Real(1) : Real(0);
-      }
-    }
-  }
-  std::array<Real, 6> inverse{a[3] * a[5] - a[4] * a[4], a[2] * a[4] - a[1] * a[5],
-                              a[1] * a[4] - a[2] * a[3], a[0] * a[5] - a[2] * a[2],
-                              a[1] * a[2] - a[0] * a[4], a[0] * a[3] - a[1] * a[1]};
-  const Real factor = Real(1) / (a[0] * inverse[0] + a[1] * inverse[1] + a[2] * inverse[2]);
-  for (Real& entry : inverse) {
-    entry *= factor;
-  }
-  for (std::size_t row = 0; row < 3; ++row) {
-    if (out[row]) {
-      inverse[symmetric_entry(3, row, row)] = Real(0);
-    }
-  }
-  return inverse;
+HDM_FUNCTION std::array<Real, 6> inverse_of_symmetric(const std::array<Real, 6>& a) {
+  const bool no_x = !(a[0] > Real(0));
+  const bool no_y = !(a[3] > Real(0));
+  const bool no_z = !(a[5] > Real(0));
+  const Real xx = no_x ? Real(1) : a[0];
+  const Real yy = no_y ? Real(1) : a[3];
+  const Real zz = no_z ? Real(1) : a[5];
+  const Real xy = no_x || no_y ? Real(0) : a[1];
+  const Real xz = no_x || no_z ? Real(0) : a[2];
+  const Real yz = no_y || no_z ? Real(0) : a[4];
+  const Real of_xx = yy * zz - yz * yz;
+  const Real of_xy = xz * yz - xy * zz;
+  const Real of_xz = xy * yz - xz * yy;
+  const Real factor = Real(1) / (xx * of_xx + xy * of_xy + xz * of_xz);
+  return {no_x ? Real(0) : of_xx * factor,
+          of_xy * factor,
+          of_xz * factor,
+          no_y ? Real(0) : (xx * zz - xz * xz) * factor,
+          (xy * xz - xx * yz) * factor,
+          no_z ? Real(0) : (xx * yy - xy * xy) * factor};
 }
 
 /// Sets the moments of the image's cells from the moduli of its pixels.
@@ -95,13 +92,6 @@ using VolumeCell = ElasticVolume<double, true>;
 [[nodiscard]] CellMatrix matrix_of(const ImageCell::CellMoments& moments, const ElasticRatios<double>& ratio);
 [[nodiscard]] CellMatrix matrix_of(const VolumeCell::CellMoments& moments,
                                    const ElasticRatios<double>& ratio);
-
-/// Returns the largest eigenvalue of D^-1 K of a cell of the image whose corners have these moduli, by power
-/// iteration: D is what K, integrated in full, has on the diagonal in blocks of a corner. No sweep over many
-/// cells has a larger one. `Cell` is ImageCell or VolumeCell; `bend` as ElasticLevel has it.
-template <typename Cell>
-[[nodiscard]] double largest_eigenvalue(const std::array<double, std::size_t{1} << Cell::axes>& moduli,
-                                        const ElasticRatios<double>& ratio, double bend);
 
 /// Returns the matrix of a cell that is not masked. `index` of the grid.
 [[nodiscard]] CellMatrix cell_matrix(const ElasticLevel& level, std::size_t index,

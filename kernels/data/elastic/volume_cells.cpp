@@ -46,7 +46,7 @@ HDM_FUNCTION void set_image_cell(CellRow& to, const std::array<const float*, 8>&
 }
 
 /// The cells x, x + step, ... of row (y, z); 0 where there are none. Of 16 cells and a 17th where step is 1.
-void read_cells(const ElasticLevel& level, int x, int step, int y, int z, CellRow& to) {
+HDM_FUNCTION void read_cells(const ElasticLevel& level, int x, int step, int y, int z, CellRow& to) {
   const Extent cells = level.grid.cells();
   for (auto& row : to) {
     row.fill(0.0F);
@@ -80,7 +80,7 @@ void read_cells(const ElasticLevel& level, int x, int step, int y, int z, CellRo
 
 /// The moments of what two cells make beside each other along an axis, into the lower one; `step` is 1, 3 or
 /// 9, the axis in a monomial. On the parent's scale but for a factor.
-void join(CellRow& low, const CellRow& high, std::size_t step) {
+HDM_FUNCTION void join(CellRow& low, const CellRow& high, std::size_t step) {
   for (std::size_t first = 0; first < monomials; ++first) {
     if (first / step % 3 != 0) {
       continue;
@@ -162,8 +162,8 @@ HDM_FUNCTION void add_corner(Stiffness& sum, const CellRow& cells, std::size_t i
   sum[5][i] += (2.0F + ratio.lame) * zz + (xx + yy);
 }
 
-HDM_WIDE_VECTORS void add_corners(Stiffness& sum, const CellRow& cells, std::size_t shift, float a, float b,
-                                  float c, const ElasticRatios<float>& given) {
+HDM_FUNCTION void add_corners(Stiffness& sum, const CellRow& cells, std::size_t shift, float a, float b,
+                              float c, const ElasticRatios<float>& given) {
   const ElasticRatios<float> ratio = given; // nothing that is written can change it
 #pragma omp simd
   for (std::size_t i = 0; i < lanes; ++i) {
@@ -171,11 +171,21 @@ HDM_WIDE_VECTORS void add_corners(Stiffness& sum, const CellRow& cells, std::siz
   }
 }
 
+/// What cells of more than one modulus count.
+struct WeightOfCells {
+  const VolumeRelaxation& relaxation;
+  std::array<int, 3> whole; ///< so many cells along each axis do not stick out
+
+  float operator()(int x, int y, int z) const {
+    return x < whole[0] && y < whole[1] && z < whole[2] ? relaxation.weight : relaxation.weight_beyond;
+  }
+};
+
 /// Cells x, x + 1, ... of more than one modulus count weight(x, y, z) times. Their odd moments tell; on
 /// coarse levels a cell that is alike on both sides, as with a stiff line along its middle, has none, and
 /// its squares tell.
-template <typename Weight>
-void weigh_mixed(CellRow& cells, int x, int y, int z, bool is_image, const Weight& weight) {
+HDM_FUNCTION void weigh_mixed(CellRow& cells, int x, int y, int z, bool is_image,
+                              const WeightOfCells& weight) {
   std::array<float, lanes + 1> weights;
   std::array<float, lanes + 1> factor;
   factor.fill(1.0F);
@@ -204,17 +214,16 @@ void weigh_mixed(CellRow& cells, int x, int y, int z, bool is_image, const Weigh
 }
 
 /// The stiffness of sites x, x + 1, ... of row (y, z), masked cells left out.
-template <typename Weight>
-Stiffness stiffness_of(const ElasticLevel& level, int x, int y, int z, const VolumeRelaxation& relaxation,
-                       const Weight& weight) {
+HDM_FUNCTION Stiffness stiffness_of(const ElasticLevel& level, int x, int y, int z,
+                                    const WeightOfCells& weight) {
   Stiffness sum{};
   if (level.moments.size() == 1) {
     const float modulus = one_modulus(level, x - 1, y - 1, z - 1);
     if (modulus != 0.0F && modulus == one_modulus(level, x - 1, y - 1, z) &&
         modulus == one_modulus(level, x - 1, y, z - 1) && modulus == one_modulus(level, x - 1, y, z)) {
-      const double lame = double{relaxation.ratio.lame};
-      const std::array<double, 3> squares{1.0, std::pow(double{relaxation.ratio.y}, 2.0),
-                                          std::pow(double{relaxation.ratio.z}, 2.0)};
+      const double lame = double{weight.relaxation.ratio.lame};
+      const std::array<double, 3> squares{1.0, std::pow(double{weight.relaxation.ratio.y}, 2.0),
+                                          std::pow(double{weight.relaxation.ratio.z}, 2.0)};
       for (std::size_t axis = 0; axis < 3; ++axis) {
         const double times = (1.0 + lame) * squares[axis] + (squares[0] + squares[1] + squares[2]);
         sum[symmetric_entry(3, axis, axis)].fill(8.0F * 16.0F / 9.0F * static_cast<float>(times) * modulus);
@@ -230,30 +239,78 @@ Stiffness stiffness_of(const ElasticLevel& level, int x, int y, int z, const Vol
     weigh_mixed(cells, x - 1, y - 1 + above, z - 1 + near, level.moments.size() == 1, weight);
     const float b = above == 0 ? 1.0F : -1.0F;
     const float c = near == 0 ? 1.0F : -1.0F;
-    add_corners(sum, cells, 0, 1.0F, b, c, relaxation.ratio);
-    add_corners(sum, cells, 1, -1.0F, b, c, relaxation.ratio);
+    add_corners(sum, cells, 0, 1.0F, b, c, weight.relaxation.ratio);
+    add_corners(sum, cells, 1, -1.0F, b, c, weight.relaxation.ratio);
   }
   return sum;
 }
 
-/// Returns which of a box's corners may be stiff, a bit each: some but not all, and of those that are each
-/// other's reflections one.
-std::vector<unsigned> patterns_but_for_reflections() {
-  std::vector<unsigned> patterns;
-  for (unsigned pattern = 1; pattern < 255; ++pattern) {
-    bool is_first = true;
-    for (unsigned axes = 1; axes < 8; ++axes) { // along which it is reflected
-      unsigned reflected = 0;
-      for (unsigned corner = 0; corner < 8; ++corner) {
-        reflected |= (pattern >> corner & 1U) << (corner ^ axes);
-      }
-      is_first &= pattern <= reflected;
-    }
-    if (is_first) {
-      patterns.push_back(pattern);
+/// Puts the stiffness of the sites of row (y, z) where their response will be.
+HDM_WIDE_VECTORS void set_stiffness(ElasticLevel& level, int y, int z, const WeightOfCells& weight) {
+  const std::size_t row = level.grid.index(0, y, z);
+  const auto width = static_cast<std::size_t>(level.grid.sites.width);
+  for (std::size_t x = 0; x < width; x += lanes) {
+    const Stiffness sum = stiffness_of(level, static_cast<int>(x), y, z, weight);
+    for (std::size_t entry = 0; entry < 6; ++entry) {
+      std::copy_n(sum[entry].data(), std::min(lanes, width - x), level.response[entry].data() + row + x);
     }
   }
-  return patterns;
+}
+
+/// Rows of a level's response, and where components are prescribed.
+struct ResponseOfRow {
+  std::array<float*, 6> entries;
+  std::array<const std::uint8_t*, 3> held;
+};
+
+/// Makes the response of a site from its stiffness, which lies where it will. A function of its own, so that
+/// the loop over sites becomes one of vectors.
+HDM_FUNCTION void respond_at(const ResponseOfRow& row, std::size_t i, float factor) {
+  const auto free = [&](std::size_t axis) HDM_INLINED { return static_cast<float>(1 - row.held[axis][i]); };
+  const auto inverse = inverse_of_symmetric(std::array{free(0) * row.entries[0][i], row.entries[1][i],
+                                                       row.entries[2][i], free(1) * row.entries[3][i],
+                                                       row.entries[4][i], free(2) * row.entries[5][i]});
+  for (std::size_t entry = 0; entry < 6; ++entry) {
+    row.entries[entry][i] = factor * inverse[entry];
+  }
+}
+
+HDM_WIDE_VECTORS void respond(ElasticLevel& level, std::size_t first, std::size_t count,
+                              const Prescribed& prescribed, float factor) {
+  ResponseOfRow row;
+  std::ranges::transform(level.response, row.entries.begin(),
+                         [&](auto& entry) { return entry.data() + first; });
+  std::ranges::transform(prescribed.component, row.held.begin(),
+                         [&](auto& component) { return component.data() + first; });
+#pragma omp simd
+  for (std::size_t i = 0; i < count; ++i) {
+    respond_at(row, i, factor);
+  }
+}
+
+/// Sets the moments of row (y, z) of cells from those of their children.
+HDM_WIDE_VECTORS void set_parents(ElasticLevel& level, const ElasticLevel& fine, int y, int z) {
+  const Extent cells = level.grid.cells();
+  std::array<CellRow, 8> children;
+  for (int x = 0; x < cells.width; x += static_cast<int>(lanes)) {
+    for (std::size_t child = 0; child < 8; ++child) {
+      const auto bit = [&](std::size_t axis) { return static_cast<int>(child >> axis & 1); };
+      read_cells(fine, 2 * x + bit(0), 2, 2 * y + bit(1), 2 * z + bit(2), children[child]);
+    }
+    for (std::size_t axis = 0, step = 1; axis < 3; ++axis, step *= 3) {
+      for (std::size_t child = 0; child < 8; child += std::size_t{2} << axis) {
+        join(children[child], children[child + (std::size_t{1} << axis)], step);
+      }
+    }
+    const auto count = static_cast<std::size_t>(std::min(static_cast<int>(lanes), cells.width - x));
+    for (std::size_t number = 0; number < moment_count; ++number) {
+      const float* const from = children[0][place_of_moment[number]].data();
+      float* const to = level.moments[number].data() + level.grid.index(x, y, z);
+      for (std::size_t i = 0; i < count; ++i) {
+        to[i] = 0.25F * from[i]; // twice the mean: one factor of 2 a level keeps the form of forces
+      }
+    }
+  }
 }
 
 } // namespace
@@ -273,91 +330,23 @@ void set_volume_parents(ElasticLevel& level, const ElasticLevel& fine) {
   const Extent cells = level.grid.cells();
 #pragma omp parallel for schedule(dynamic) if (level.grid.sites.sites() > sites_worth_threads / 8)
   for (int z = 0; z < cells.depth; ++z) {
-    std::array<CellRow, 8> children;
     for (int y = 0; y < cells.height; ++y) {
-      for (int x = 0; x < cells.width; x += static_cast<int>(lanes)) {
-        for (std::size_t child = 0; child < 8; ++child) {
-          const auto bit = [&](std::size_t axis) { return static_cast<int>(child >> axis & 1); };
-          read_cells(fine, 2 * x + bit(0), 2, 2 * y + bit(1), 2 * z + bit(2), children[child]);
-        }
-        for (std::size_t axis = 0, step = 1; axis < 3; ++axis, step *= 3) {
-          for (std::size_t child = 0; child < 8; child += std::size_t{2} << axis) {
-            join(children[child], children[child + (std::size_t{1} << axis)], step);
-          }
-        }
-        const auto count = static_cast<std::size_t>(std::min(static_cast<int>(lanes), cells.width - x));
-        for (std::size_t number = 0; number < moment_count; ++number) {
-          const float* const from = children[0][place_of_moment[number]].data();
-          float* const to = level.moments[number].data() + level.grid.index(x, y, z);
-          for (std::size_t i = 0; i < count; ++i) {
-            to[i] = 0.25F * from[i]; // twice the mean: one factor of 2 a level keeps the form of forces
-          }
-        }
-      }
+      set_parents(level, fine, y, z);
     }
   }
-}
-
-VolumeRelaxation::VolumeRelaxation(const ElasticRatios<double>& of, double contrast, double bend)
-    : ratio(of.as<float>()) {
-  // The stiff corners, a bit each: of cubes all patterns but for turns and reflections.
-  const std::vector<unsigned> of_cubes{1,   3,   7,   9,   15,  23,  39,  41,  67,  105,
-                                       126, 129, 135, 188, 195, 214, 246, 248, 252, 254};
-  const std::vector<unsigned> patterns = of.has_boxes() ? patterns_but_for_reflections() : of_cubes;
-  const auto largest = [&](double stiff, double bend_of_cell) {
-    double most = 0.0;
-    for (const unsigned pattern : patterns) {
-      std::array<double, 8> moduli;
-      for (unsigned corner = 0; corner < 8; ++corner) {
-        moduli[corner] = (pattern >> corner & 1) != 0 ? stiff : 1.0;
-      }
-      most = std::max(most, largest_eigenvalue<VolumeCell>(moduli, of, bend_of_cell));
-    }
-    return most;
-  };
-  constexpr double saturating_contrast = 1e6; // beyond it the eigenvalues change no more
-  const double uniform = largest_eigenvalue<VolumeCell>({1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0, 1.0}, of, 1.0);
-  constexpr double share_of_limit = 1.9; // a wave grows from 2 on
-  factor = static_cast<float>(share_of_limit / uniform);
-  const double most = std::min(contrast, saturating_contrast);
-  weight =
-      contrast > 1.0 ? static_cast<float>(std::max(largest(most, 1.0), largest(most, bend)) / uniform) : 1.0F;
-  weight_beyond = static_cast<float>(largest(saturating_contrast, 1.0) / uniform);
 }
 
 void set_volume_response(ElasticLevel& level, const VolumeRelaxation& relaxation,
                          const std::array<int, 3>& whole, const Prescribed& prescribed) {
   const RingedGrid& grid = level.grid;
-  const auto weight = [&](int x, int y, int z) {
-    return x < whole[0] && y < whole[1] && z < whole[2] ? relaxation.weight : relaxation.weight_beyond;
-  };
+  const WeightOfCells weight{relaxation, whole};
 #pragma omp parallel for schedule(dynamic) if (grid.sites.sites() > sites_worth_threads / 8)
   for (int z = 0; z < grid.sites.depth; ++z) {
     for (int y = 0; y < grid.sites.height; ++y) {
-      const std::size_t row = grid.index(0, y, z);
-      const auto width = static_cast<std::size_t>(grid.sites.width);
-      for (std::size_t x = 0; x < width; x += lanes) {
-        const Stiffness sum = stiffness_of(level, static_cast<int>(x), y, z, relaxation, weight);
-        for (std::size_t entry = 0; entry < 6; ++entry) {
-          std::copy_n(sum[entry].data(), std::min(lanes, width - x), level.response[entry].data() + row + x);
-        }
-      }
+      set_stiffness(level, y, z, weight);
       add_masked_cells(level, y, z, weight);
-      for (std::size_t site = row; site < row + width; ++site) {
-        std::array<float, 6> stiffness;
-        for (std::size_t entry = 0; entry < 6; ++entry) {
-          stiffness[entry] = level.response[entry][site];
-        }
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          if (prescribed.component[axis][site] != 0) {
-            stiffness[symmetric_entry(3, axis, axis)] = 0.0F;
-          }
-        }
-        const std::array<float, 6> inverse = inverse_of_symmetric(stiffness);
-        for (std::size_t entry = 0; entry < 6; ++entry) {
-          level.response[entry][site] = relaxation.factor * inverse[entry];
-        }
-      }
+      respond(level, grid.index(0, y, z), static_cast<std::size_t>(grid.sites.width), prescribed,
+              relaxation.factor);
     }
   }
 }
