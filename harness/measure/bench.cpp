@@ -21,11 +21,11 @@ using nlohmann::json;
 
 namespace {
 
-/// Shaders are compiled, or specialised for a size, when they first run: let every level run once. A copy of
-/// the scene would need its memory.
+/// Shaders are compiled, or specialised for a size, when they first run: let every level run once, and twice
+/// with what the elastic energy does from its second cycle on. A copy of the scene would need its memory.
 void warm_up(Scene& scene, Solver& solver) {
   const Schedule schedule = scene.schedule;
-  scene.schedule.iterations = 1;
+  scene.schedule.iterations = std::min(schedule.iterations, 2);
   scene.schedule.growth = 0.0;
   scene.schedule.stop = Stop::fixed;
   Progress silent(false);
