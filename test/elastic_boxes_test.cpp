@@ -1,6 +1,7 @@
 // Pixels that are rectangles and voxels that are boxes: their energy against finite elements, and how files
 // and scenes get them.
 
+#include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/truths.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
@@ -58,8 +59,7 @@ TEST(ElasticBoxes, AsFiniteElementsHaveThem) {
   }
 }
 
-/// Springs are what they are to the tissue of a site, whatever its sides; and two of them alone let a body go
-/// where they are in balance, turns included.
+/// Springs are what they are to the tissue of a site, whatever its sides.
 TEST(ElasticBoxes, SpringsPullThemAsTheyPullFiniteElements) {
   for (const Extent extent : {Extent{21, 18}, {7, 8, 6}}) {
     for (const auto& sides : all_sides) {
@@ -197,6 +197,22 @@ TEST_F(BoxFiles, StayBoxesForTheElasticEnergy) {
   EXPECT_EQ(written.pixels.extent, boxes.extent());
   EXPECT_EQ(written.placement, boxes.placement);
   EXPECT_EQ(written.pixels[2], displacement[2]);
+}
+
+/// Two slices of 2.5 mm that come 1.5 mm nearer to each other do not fold; steps of as many slices would.
+TEST_F(BoxFiles, FoldByTheirOwnSides) {
+  Scene boxes = load("energy = \"elastic\"\n");
+  Solution solution;
+  solution.displacement = VectorField(boxes.extent());
+  const std::size_t slice = boxes.extent().sites() / 4;
+  std::fill_n(solution.displacement[2].begin() + static_cast<std::ptrdiff_t>(2 * slice), 2 * slice, -1.5F);
+  const auto folds = [&] {
+    return std::ranges::any_of(diagnose(boxes, solution),
+                               [](const Warning& one) { return one.kind == "fold-over"; });
+  };
+  EXPECT_FALSE(folds());
+  boxes.full.sides = {1.0, 1.0, 1.0};
+  EXPECT_TRUE(folds());
 }
 
 TEST_F(BoxFiles, BecomeCubesForOthersAndWhereASizeIsAskedFor) {

@@ -10,10 +10,6 @@ namespace {
 
 using InFloat = Elastic<float>;
 using Volume = ElasticVolume<float>;
-template <bool boxes>
-using ImageCells = Elastic<float, boxes>;
-template <bool boxes>
-using VolumeCells = ElasticVolume<float, boxes>;
 
 // The bodies of loops are functions of their own: locals declared inside an `omp simd` loop would become
 // arrays in memory.
@@ -89,7 +85,7 @@ void all_cells(const CellRow<axes>& row) {
 
 template <bool boxes>
 void of_moduli(const CellRow<3>& row, int first, int last) {
-  each_cell<3, of_moduli_at<VolumeCells<boxes>>>(row, first, last);
+  each_cell<3, of_moduli_at<ElasticVolume<float, boxes>>>(row, first, last);
 }
 
 template <typename Cells>
@@ -120,7 +116,7 @@ void image_forces(const CellRow<2>& given, const ElasticRow* to) {
   const ElasticRow below = to[1];
 #pragma omp simd
   for (int i = 0; i <= row.cells; ++i) {
-    image_forces_at<ImageCells<boxes>>(row, above, below, i);
+    image_forces_at<Elastic<float, boxes>>(row, above, below, i);
   }
 }
 
@@ -346,11 +342,12 @@ void add_column(int count, const float* column, float load, float* sums) {
 }
 
 template <bool boxes>
-constexpr CellRows<2> of_image{all_cells<2, image_at<ImageCells<boxes>>>, nullptr, nullptr, of_matrix<2>,
+constexpr CellRows<2> of_image{all_cells<2, image_at<Elastic<float, boxes>>>, nullptr, nullptr, of_matrix<2>,
                                image_forces<boxes>};
 template <bool boxes>
-constexpr CellRows<3> of_volume{all_cells<3, volume_at<VolumeCells<boxes>>>, of_moduli<boxes>,
-                                all_cells<3, uniform_at<VolumeCells<boxes>>>, of_matrix<3>, volume_forces};
+constexpr CellRows<3> of_volume{all_cells<3, volume_at<ElasticVolume<float, boxes>>>, of_moduli<boxes>,
+                                all_cells<3, uniform_at<ElasticVolume<float, boxes>>>, of_matrix<3>,
+                                volume_forces};
 
 } // namespace
 

@@ -58,27 +58,21 @@ public:
               {.step = ElasticStep::relax,
                .has_load = has_load,
                .is_image = is_volume_ && is_image,
-               .has_masked = has_masked(level),
-               .has_boxes = has_boxes()},
+               .has_masked = has_masked(level)},
               from, has_load ? load : from);
       break;
     case MethodStep::Kind::relax_from_zero:
       replace(step, {.step = ElasticStep::relax_from_zero}, load, load);
       break;
     case MethodStep::Kind::forces:
-      replace(step,
-              {.step = ElasticStep::residual,
-               .is_image = true,
-               .has_masked = has_masked(level),
-               .has_boxes = has_boxes()},
-              from, from);
+      replace(step, {.step = ElasticStep::residual, .is_image = true, .has_masked = has_masked(level)}, from,
+              from);
       break;
     case MethodStep::Kind::restrict_residual:
       run({.step = ElasticStep::residual,
            .has_load = has_load,
            .is_image = is_image,
-           .has_masked = has_masked(level),
-           .has_boxes = has_boxes()},
+           .has_masked = has_masked(level)},
           from, has_load ? load : from, spare(level));
       run({.step = ElasticStep::restrict_sites}, spare(level), spare(level),
           array(level + 1, ElasticField::load));
@@ -159,7 +153,6 @@ private:
   }
   [[nodiscard]] int levels() const { return static_cast<int>(slots_.size()); }
   [[nodiscard]] bool has_masked(int level) const { return !level_at(level).masked.empty(); }
-  [[nodiscard]] bool has_boxes() const { return hierarchy().ratio.has_boxes(); }
   [[nodiscard]] std::array<float, 3> law() const {
     const ElasticRatios<float>& ratio = hierarchy().ratio;
     return is_volume_ ? std::array{ratio.lame, ratio.y, ratio.z} : std::array{ratio.nu, ratio.shear, ratio.y};
@@ -175,8 +168,10 @@ private:
            float factor = 0.0F) const {
     run(kernel, from, second, to, part(from).sites, part(to).sites, factor);
   }
-  void run(const ElasticKernel& kernel, ElasticArray from, ElasticArray second, ElasticArray to,
-           Extent from_sites, Extent sites, float factor = 0.0F) const {
+  void run(ElasticKernel kernel, ElasticArray from, ElasticArray second, ElasticArray to, Extent from_sites,
+           Extent sites, float factor = 0.0F) const {
+    const bool has_cells = kernel.step == ElasticStep::relax || kernel.step == ElasticStep::residual;
+    kernel.has_boxes = has_cells && hierarchy().ratio.has_boxes();
     const auto place = [](const ElasticLayout::Part& part, Extent extent) {
       return ElasticParameters::Place{.width = extent.width,
                                       .height = extent.height,

@@ -54,19 +54,6 @@ std::function<Scene(Extent)> with_boxes(const std::string& scene) {
   };
 }
 
-/// What has kernels of its own: a sheet and a body of boxes.
-std::vector<Case> box_cases(int iterations) {
-  std::vector<Case> cases;
-  for (const auto& [scene, size] : {std::pair{"random", Extent{57, 43}}, {"ball", Extent{14, 17, 11}}}) {
-    cases.push_back({.scene = fmt::format("{}-boxes", scene),
-                     .size = size,
-                     .method = std::string(elastic_conjugate_gradients),
-                     .iterations = iterations,
-                     .generate = with_boxes(scene)});
-  }
-  return cases;
-}
-
 /// The names of all methods of the thesis's energy but its own, which the scenes have.
 std::vector<std::string> other_methods() {
   std::vector<std::string> names;
@@ -129,6 +116,18 @@ std::span<const Extent> odd_volumes() {
   static constexpr std::array<Extent, 6> all{
       {{2, 2, 2}, {5, 7, 3}, {9, 7, 12}, {33, 7, 15}, {9, 30, 22}, {16, 18, 17}}};
   return all;
+}
+
+std::vector<Case> box_cases(int iterations) {
+  std::vector<Case> cases;
+  for (const auto& [scene, size] : {std::pair{"random", Extent{57, 43}}, {"ball", Extent{14, 17, 11}}}) {
+    cases.push_back({.scene = fmt::format("{}-boxes", scene),
+                     .size = size,
+                     .method = std::string(elastic_conjugate_gradients),
+                     .iterations = iterations,
+                     .generate = with_boxes(scene)});
+  }
+  return cases;
 }
 
 std::vector<Case> verify_cases(bool quick) {

@@ -40,6 +40,9 @@ struct Case {
 /// No more iterations than the case allows.
 void limit_iterations(Scene& scene, const Case& one);
 
+/// An image and a volume of boxes, whose cells have kernels of their own, by conjugate gradients.
+[[nodiscard]] std::vector<Case> box_cases(int iterations);
+
 /// What `verify` compares where nobody chooses: every shipped scene as its file says; what meets the tiles of
 /// all backends; every other method on the scene that has another modulus at every site, so that each rule
 /// and order of sites is compared; then all scenes (`quick`: two) with the elastic energy, a few steps of

@@ -153,6 +153,7 @@ int run_golden(Call& call) {
     throw InputError(fmt::format("--write {}: leave out the scenes, because the file has all shipped ones",
                                  call[to_write].string()));
   }
+  call.schedule.takes_boxes = true;
   const std::vector<Scene> scenes = own_scenes ? load_own_scenes(call) : load_golden_scenes(call);
   std::vector<GoldenEntry> given;
   if (!call[to_compare].empty()) {

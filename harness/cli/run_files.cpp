@@ -15,6 +15,7 @@
 #include <array>
 #include <cmath>
 #include <iterator>
+#include <optional>
 #include <span>
 #include <utility>
 
@@ -122,17 +123,17 @@ FilesOfRun::FilesOfRun(std::filesystem::path folder, std::vector<std::string> fi
   if (files_.size() > 1) {
     pictures_ = std::async(std::launch::async, [&, pixel] {
       const Clock clock;
-      json slices = write_pictures(folder_, files_, scene, displacement, in_steps(displacement, pixel));
+      const std::optional<VectorField> steps = in_steps(displacement, pixel);
+      json slices = write_pictures(folder_, files_, scene, displacement, steps ? *steps : displacement);
       return std::pair(clock.seconds(), std::move(slices));
     });
   }
   if (!transform_.empty()) {
     inverse_ = std::async(std::launch::async, [&, pixel] {
       const Clock clock;
-      Inverse inverse = invert(in_steps(displacement, pixel));
-      std::array<double, 3> back{}; // from steps
-      std::ranges::transform(pixel, back.begin(), [](double side) { return 1.0 / side; });
-      inverse.displacement = in_steps(std::move(inverse.displacement), back);
+      const std::optional<VectorField> steps = in_steps(displacement, pixel);
+      Inverse inverse = invert(steps ? *steps : displacement);
+      to_lengths(inverse.displacement, pixel);
       write_displacement(transform_, inverse.displacement, scene.spacing, scene.placement, scene.oblong,
                          Mapping::backward);
       inverse.displacement = {};

@@ -186,7 +186,7 @@ protected:
     const auto spacing = field->GetSpacing();
     const auto& direction = field->GetDirection();
     auto rest = direction.GetVnlMatrix().transpose() * direction.GetVnlMatrix();
-    const bool takes_boxes = hdmbench::find_energy(m_Energy).is_of_cells();
+    const bool takes_boxes = hdmbench::find_energy(m_Energy).takes_boxes;
     for (unsigned axis = 0; axis < Dimension; ++axis) {
       if (!takes_boxes && !(std::abs(spacing[0] - spacing[axis]) <= SquareTolerance * spacing[0])) {
         itkExceptionMacro(<< "the pixels are " << spacing

@@ -99,6 +99,7 @@ constexpr RegisteredEnergy plane_stress{.name = "elastic",
                                         .methods = all_elastic,
                                         .near = ReferenceSolution::finite_elements,
                                         .takes_volumes = true,
+                                        .takes_boxes = true,
                                         .bytes_per_pixel = 90,
                                         .bytes_per_voxel = 130};
 
@@ -186,7 +187,7 @@ void set_energy_of_sites(Scene& scene) {
 }
 
 void require_known_pixels(const Scene& scene, const RegisteredEnergy& energy) {
-  if (!energy.is_of_cells() && scene.full.sides != Level{}.sides) {
+  if (!energy.takes_boxes && scene.full.sides != Level{}.sides) {
     throw InputError(
         fmt::format("the pixels of {} have sides of {:.4g} to each other, and the {} energy knows "
                     "squares and cubes only; load the scene with it, or resample its files",

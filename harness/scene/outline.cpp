@@ -92,14 +92,20 @@ std::vector<double> smooth(const std::vector<double>& values, Extent extent) {
 
 } // namespace
 
-VectorField in_steps(VectorField displacement, const std::array<double, 3>& pixel) {
-  for (std::size_t axis = 0; axis < displacement.extent.axes(); ++axis) {
-    if (pixel[axis] != 1.0) {
-      std::ranges::transform(displacement[axis], displacement[axis].begin(),
-                             [&](float way) { return static_cast<float>(way / pixel[axis]); });
-    }
+void to_lengths(VectorField& steps, const std::array<double, 3>& pixel) {
+  for (std::size_t axis = 0; axis < steps.extent.axes(); ++axis) {
+    std::ranges::transform(steps[axis], steps[axis].begin(),
+                           [&](float way) { return static_cast<float>(way * pixel[axis]); });
   }
-  return displacement;
+}
+
+std::optional<VectorField> in_steps(const VectorField& displacement, const std::array<double, 3>& pixel) {
+  if (std::ranges::count(pixel, 1.0) == std::ssize(pixel)) {
+    return std::nullopt;
+  }
+  std::optional<VectorField> steps = displacement;
+  to_lengths(*steps, {1.0 / pixel[0], 1.0 / pixel[1], 1.0 / pixel[2]});
+  return steps;
 }
 
 Outline find_outline(const std::vector<bool>& inside, Extent extent, const std::array<double, 3>& pixel) {

@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace hdmbench {
@@ -40,8 +41,12 @@ struct Outline {
 [[nodiscard]] std::vector<bool> close_gaps(const std::vector<bool>& inside, Extent extent, double radius,
                                            const std::array<double, 3>& pixel = {1.0, 1.0, 1.0});
 
-/// Returns a displacement as steps from site to site, of one that is in sides of a pixel along its shortest
-/// one: what moves pictures and cells of sites. `pixel`: its sides, as Level::sides.
-[[nodiscard]] VectorField in_steps(VectorField displacement, const std::array<double, 3>& pixel);
+/// Returns a displacement, which is in shortest sides of a pixel, in steps from site to site: what moves
+/// pictures and cells of sites. `pixel`: its sides, as Level::sides; none where these are all the same, as
+/// the displacement then is in steps already.
+[[nodiscard]] std::optional<VectorField> in_steps(const VectorField& displacement,
+                                                  const std::array<double, 3>& pixel);
+/// Turns steps into shortest sides of a pixel.
+void to_lengths(VectorField& steps, const std::array<double, 3>& pixel);
 
 } // namespace hdmbench

@@ -28,8 +28,9 @@ enum class Rule {
   annealing    ///< a candidate at random, taken by its energy and the temperature (thesis Alg. 1)
 };
 
-/// The longest side of a pixel or a voxel over the shortest.
-inline constexpr double most_oblong = 1000.0;
+/// The most that the longest side of a pixel or a voxel is over the shortest: methods take the longer, the
+/// longer boxes are (the atlas's volume-elastic-boxes).
+inline constexpr double most_oblong = 10.0;
 
 /// One level of the pyramid: all that a sweep reads and does not write.
 struct Level {

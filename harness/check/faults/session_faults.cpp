@@ -272,6 +272,8 @@ std::vector<Fault> session_faults() {
                      hierarchy.ratio.nu += 0.01F;
                      hierarchy.ratio.lame += 0.05F;
                    }),
+      in_hierarchy("elastic-slope-factor", "slopes along y are 1 % too steep",
+                   [](ElasticHierarchy& hierarchy) { hierarchy.ratio.y *= 1.01F; }),
       in_hierarchy("elastic-integration", "of a volume's divergence the mean over a cell counts alone",
                    [](ElasticHierarchy& hierarchy) { hierarchy.levels.front().bend = 0.0F; }),
       in_hierarchy("elastic-coarsest-column",

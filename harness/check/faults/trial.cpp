@@ -17,6 +17,7 @@
 
 #include <algorithm>
 #include <array>
+#include <iterator>
 
 namespace hdmbench::faults {
 
@@ -68,6 +69,7 @@ std::vector<Case> usual_cases() {
   for (const char* const method : {"", "closed-form", "conjugate-gradients"}) {
     cases.push_back({.scene = "ball", .size = Extent{13, 9, 7}, .method = method});
   }
+  std::ranges::move(box_cases(iteration_limit), std::back_inserter(cases));
   return cases;
 }
 

@@ -109,11 +109,13 @@ std::string elastic_name(const ProgramKind& kind) {
                                                    "interpolate", "correct",         "solve",    "advance",
                                                    "products",    "squares"};
   if (constant(kind, "TOGETHER") != 0) {
-    return "coarsest levels";
+    return constant(kind, "BOXES") != 0 ? "coarsest levels of boxes" : "coarsest levels";
   }
   std::string name(steps.at(static_cast<std::size_t>(constant(kind, "STEP"))));
-  for (const auto& [flag, says] :
-       {std::pair{"HAS_LOAD", " load"}, {"IS_IMAGE", " image"}, {"BY_LIST", " beside masked cells"}}) {
+  for (const auto& [flag, says] : {std::pair{"HAS_LOAD", " load"},
+                                   {"IS_IMAGE", " image"},
+                                   {"BY_LIST", " beside masked cells"},
+                                   {"BOXES", " of boxes"}}) {
     name += constant(kind, flag) != 0 ? says : "";
   }
   return name;
@@ -161,6 +163,8 @@ std::vector<GpuProgram> gpu_programs(GpuTexts texts) {
       Scene usual = load_scene(name, {.size = size});
       use_energy(usual, *energy);
       if (energy->is_of_cells()) {
+        record_cells(usual, texts, kinds);
+        usual.full.sides[1] = 2.0;
         record_cells(usual, texts, kinds);
         continue;
       }

@@ -232,6 +232,7 @@ const std::map<std::string_view, Step> steps{
     {"two that differ", let_two_differ},
     {"pressed", press},
     {"Poisson's ratio", [](Problem& problem, double knob) { problem.scene.elastic.poisson = knob; }},
+    {"voxels so long", [](Problem& problem, double knob) { problem.scene.full.sides[2] = knob; }},
     {"supports", support},
     {"fixed point",
      [](Problem& problem, double) { problem.truth = solve_fixed_point(problem.scene.full).displacement; }},

@@ -175,7 +175,8 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
     wild += static_cast<std::size_t>(std::ranges::count_if(field[axis], is_wild));
   }
   const auto check_folds = [&] {
-    std::ranges::move(diagnose(in_steps(field, scene.full.sides)), std::back_inserter(warnings));
+    const std::optional<VectorField> steps = in_steps(field, scene.full.sides);
+    std::ranges::move(diagnose(steps ? *steps : field), std::back_inserter(warnings));
   };
   if (wild > 0) {
     warn(warnings, scene.energy->is_of_cells() ? "not-finite/elastic" : "not-finite", wild);

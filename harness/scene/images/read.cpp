@@ -1,6 +1,7 @@
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/images/pixels.hpp"
 #include "harness/scene/sites.hpp"
+#include "kernels/data/level.hpp"
 
 #include <algorithm>
 #include <array>
@@ -123,10 +124,9 @@ Stored read_pixels(const std::filesystem::path& file, const ReadOptions& options
     stored.image.oblong = grid;
   }
   constexpr double of_rounding = 1e-3; // of headers; sides that differ by more are boxes
-  constexpr double longest = 10.0;     // shortest sides: methods take the longer, the longer boxes are
   const auto [least, most] = std::ranges::minmax(sides);
   if (options.takes_boxes && !options.size && !has_equal_sides(grid, of_rounding) &&
-      most <= longest * least) {
+      most <= most_oblong * least) {
     stored.image.spacing = least;
     stored.image.oblong.reset();
     for (std::size_t axis = 0; axis < extent.axes(); ++axis) {

@@ -202,8 +202,7 @@ void set_masked_cells(ElasticLevel& level, CellKinds& kinds, const Matrix& matri
     float* const to = masked.stiffness.data() + i * size * size;
     for (std::size_t column = 0; column < size; ++column) {
       for (std::size_t row = 0; row < size; ++row) {
-        to[size * column + row] =
-            static_cast<float>(matrix.at(std::max(row, column), std::min(row, column)));
+        to[size * column + row] = static_cast<float>(matrix.at(std::max(row, column), std::min(row, column)));
       }
     }
   }
