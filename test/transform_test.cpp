@@ -5,6 +5,7 @@
 #include "test/files.hpp"
 #include "test/program.hpp"
 #include "test/scenes.hpp"
+#include "test/sessions.hpp"
 
 #include <itkDisplacementFieldTransform.h>
 #include <itkHDF5TransformIO.h>
@@ -221,16 +222,19 @@ TEST_F(Transforms, TheCommandsMoveAPictureAsTheTissueMoves) {
     const Scene loaded = load_scene(scene, {.size = size});
     write_scalar(path("picture.mha"), loaded.picture, loaded.spacing, loaded.placement);
     write_labels(path("labels.mha"), loaded.labels, loaded.spacing, loaded.placement);
-    const std::string arguments =
-        fmt::format("run {} --size {} {} --format mha --output '{}' --transform '{}'", scene, words, options,
-                    path("out").string(), path("back.h5").string());
-    test::expect_run(0, arguments, testing::HasSubstr("leads back"));
+    const std::string arguments = fmt::format(
+        "run {} --size {} {} --format mha --output '{}' --transform '{}' --warp '{}'", scene, words, options,
+        path("out").string(), path("back.h5").string(), path("picture.mha").string());
+    test::expect_run(
+        0, arguments,
+        testing::AllOf(testing::HasSubstr("leads back"), testing::HasSubstr("picture.mha, moved")));
     test::expect_run(0, fmt::format("warp '{0}' --transform '{1}' --output '{2}' --format mha",
                                     path("picture.mha").string(), path("back.h5").string(),
                                     path("moved").string()));
     test::expect_run(0, fmt::format("warp '{0}' --transform '{1}' --output '{2}' --labels",
                                     path("labels.mha").string(), path("back.h5").string(),
                                     path("moved").string()));
+    EXPECT_EQ(test::files_in(path("out"))["picture.mha"], test::files_in(path("moved"))["picture.mha"]);
     const VectorField displacement =
         read_displacement(path("out") / fmt::format("{}.mha", scene), true).pixels;
     const ScalarField pushed = warp(loaded.picture, displacement);
@@ -267,6 +271,42 @@ TEST_F(Transforms, TheCommandsMoveAPictureAsTheTissueMoves) {
                    testing::HasSubstr("what run writes anyway"));
   test::expect_run(2, fmt::format("run square --size 32 --transform '{}'", path("back.txt").string()),
                    testing::HasSubstr("must end in"));
+  for (const auto& [words, says] :
+       {std::pair{fmt::format("--warp '{}'", path("picture.mha").string()), "give both"},
+        {fmt::format("--warp '{}' --transform '{}'", path("none.mha").string(), path("b.h5").string()),
+         "there is no such file"},
+        {fmt::format("--warp '{0}/square.mha' --transform '{0}/../b.h5'", path("out").string()),
+         "which run writes anyway"}}) {
+    test::expect_run(
+        2, fmt::format("run square --size 32 --format mha --output '{}' {}", path("out").string(), words),
+        testing::HasSubstr(says));
+  }
+}
+
+/// What the program says of a point that is left out is what a scene says that never had it.
+TEST_F(Transforms, TheCommandLeavesPointsOutInTurn) {
+  const Extent extent{10, 9, 8};
+  write_labels(path("labels.nrrd"), {extent, std::vector<int>(extent.sites(), 1)}, 2.0, {});
+  const std::filesystem::path tissues = write("tissues.toml", "[[tissue]]\nlabel = 1\nmodulus = 3.0\n");
+  const std::array<std::string, 2> points{"9 7.5 6.5 0.6 -0.2 0.9\n", "12 8 8 0.5 0.1 -0.3\n"};
+  const std::string run = fmt::format(
+      "run '{}' --tissues '{}' --points '{}' --no-pictures --output '{}' ", path("labels.nrrd").string(),
+      tissues.string(), write("both.txt", points[0] + points[1]).string(), path("out").string());
+  test::expect_run(0, fmt::format("{} --leave-one-out --json '{}'", run, path("run.json").string()),
+                   testing::HasSubstr("each left out in turn"));
+  const auto rows = test::read_json(path("run.json"))["results"][0]["points"];
+  const Scene both =
+      load_scene(path("labels.nrrd").string(), {.tissues = tissues, .points = {path("both.txt")}});
+  for (std::size_t left_out = 0; left_out < 2; ++left_out) {
+    const Scene other =
+        load_scene(path("labels.nrrd").string(),
+                   {.tissues = tissues, .points = {write("other.txt", points[1 - left_out])}});
+    const double miss = 2.0 * residual_at(both.points[left_out], test::solved(other).displacement);
+    EXPECT_GT(miss, 0.1);
+    EXPECT_NEAR(rows[left_out]["left_out_mm"].get<double>(), miss, 1e-9 * miss);
+    EXPECT_LE(rows[left_out]["residual_mm"].get<double>(), 1e-5);
+  }
+  test::expect_run(2, "run square --size 9 --leave-one-out", testing::HasSubstr("the scene has none"));
 }
 
 } // namespace

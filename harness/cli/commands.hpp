@@ -80,6 +80,7 @@ struct Call {
   int status = success;         ///< an ExitStatus
   CLI::App* command = nullptr;  ///< that runs
   ScheduleOverrides schedule{}; ///< what schedule_options() were given
+  std::optional<std::size_t> idle_point{}; ///< as of SceneOptions, of the scenes that are loaded
   std::map<std::string, std::any, std::less<>> values{}; ///< of the command's options, by Option::names
 
   /// The value of an option: its standard where the command does not have it.

@@ -1,6 +1,8 @@
 #include "harness/check/compare.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/run_files.hpp"
+#include "harness/cli/run_points.hpp"
+#include "harness/cli/warp.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/measure/memory_use.hpp"
 #include "harness/ranks/message_passing.hpp"
@@ -39,6 +41,8 @@ const Option<OutputFile>
     transform("--transform",
               "Also the displacement that leads back, with which ITK, ANTs, 3D Slicer and hdmbench warp move "
               "pictures as the tissue moves: .h5 (ITK), .nrrd, .mha or .nii.gz");
+const Option<std::vector<std::filesystem::path>>
+    moving("--warp", "Also these pictures, moved with the file of --transform, as hdmbench warp moves them");
 const Option<bool> no_pictures("--no-pictures", "Write the displacement alone");
 const Option<bool> explain("--explain", "Print the plan, step by step, and why");
 const Option<std::size_t>
@@ -126,6 +130,7 @@ void require_near_finite_elements(const RegisteredEnergy& energy, std::string_vi
 
 /// The scene, which a request solves with the energy that comes near to finite elements.
 Scene load_for(Call& call) {
+  call.schedule.takes_boxes = true;
   if (!asks(call) || call.schedule.energy != nullptr) {
     return scene_of(call);
   }
@@ -237,33 +242,6 @@ void report_observations(const Scene& scene, json& row) {
   }
 }
 
-/// Prints how far the displacement is from what is known at points, and puts it into the row of the run.
-void report_points(const Scene& scene, const VectorField& displacement, json& row) {
-  if (scene.points.empty()) {
-    return;
-  }
-  double squares = 0.0;
-  json rows = json::array();
-  for (const KnownPoint& point : scene.points) {
-    const double residual = residual_at(point, displacement);
-    squares += residual * residual;
-    const double asked = std::hypot(point.target[0], point.target[1], point.target[2]);
-    rows.push_back({{"point", point.name},
-                    {"asked_mm", asked * scene.spacing},
-                    {"residual_mm", residual * scene.spacing},
-                    {"deviations", point.deviation > 0.0 ? json(residual / point.deviation) : json()}});
-  }
-  constexpr std::size_t most_shown = 20;
-  fmt::print("  {} points: {:.3g} mm from where they went, RMS\n", rows.size(),
-             scene.spacing * std::sqrt(squares / static_cast<double>(rows.size())));
-  if (rows.size() <= most_shown) {
-    fmt::print(
-        "{}",
-        table_text(rows, "point|asked_mm:moved by mm|residual_mm:missed by mm|deviations:in its deviations"));
-  }
-  row["points"] = std::move(rows);
-}
-
 /// A scene that was solved, by a plan or by its own method.
 struct Solved {
   const Scene& scene;
@@ -275,6 +253,7 @@ struct Solved {
   std::string device;
   std::string absurd; ///< why there is no displacement; empty: there is one
   Warnings warnings;
+  std::vector<std::optional<double>> left_out; ///< misses_left_out()
 
   [[nodiscard]] std::string method() const { return plan ? "as needed" : method_name(scene); }
   [[nodiscard]] bool is_volume() const { return scene.extent().axes() == 3; }
@@ -282,7 +261,7 @@ struct Solved {
 };
 
 json row_of(const Solved& solved) {
-  const auto& [scene, request, plan, solution, backend, name, device, absurd, warnings] = solved;
+  const auto& [scene, request, plan, solution, backend, name, device, absurd, warnings, left_out] = solved;
   json row = with_size({{"scene", scene.name},
                         {"title", scene.title},
                         {"backend", backend},
@@ -346,7 +325,7 @@ void print_result(const Solved& solved, json& row) {
                solved.unit());
   }
   report_observations(solved.scene, row);
-  report_points(solved.scene, solution.displacement, row);
+  report_points(solved.scene, solution.displacement, solved.left_out, row);
   if (!solved.absurd.empty()) {
     fmt::print(
         "  NO RESULT: {}; look for extreme moduli, targets or a huge --penalty, or take another --method\n",
@@ -358,12 +337,25 @@ void print_result(const Solved& solved, json& row) {
                              "time and memory than the solution.\n");
 }
 
-/// Throws InputError where the files cannot be written, before anything is solved.
-void require_output(const Call& call, const Scene& scene, const std::vector<std::string>& files) {
+/// Returns file_names(). Throws InputError where files cannot be written, before anything is solved.
+std::vector<std::string> files_of(const Call& call, const Scene& scene) {
+  const std::vector<std::string> names = file_names(scene, call[option::format], !call[no_pictures]);
+  std::vector<std::string> files = names; // and pictures that move
+  std::vector<std::filesystem::path> read = files_of_scene(call[option::scene]);
+  std::ranges::copy(call[moving], std::back_inserter(read));
+  if (!call[moving].empty() && call[transform].empty()) {
+    throw InputError("--warp moves pictures with the file of --transform: give both");
+  }
+  for (const std::string& moved : moved_names(call[moving], call[option::format])) {
+    if (std::ranges::find(files, moved) != files.end()) {
+      throw InputError(fmt::format("a picture of --warp would become {}, which run writes anyway: give its "
+                                   "file another name, or call hdmbench warp",
+                                   moved));
+    }
+    files.push_back(moved);
+  }
   if (have_images()) {
-    let_first_check(call.ranks, [&] {
-      require_folder(call[option::output], files, files_of_scene(call[option::scene]));
-    });
+    let_first_check(call.ranks, [&] { require_folder(call[option::output], files, read); });
   }
   if (!call[transform].empty()) {
     require_displacement_name(call[transform], scene.extent());
@@ -379,6 +371,7 @@ void require_output(const Call& call, const Scene& scene, const std::vector<std:
     throw InputError("--format nii.gz is for volumes: programs read a NIfTI file of one slice without its "
                      "place in space; give nrrd or mha");
   }
+  return names;
 }
 
 /// Prints what the user waited for.
@@ -394,6 +387,13 @@ void print_phases(const json& row) {
 void finish_files(const Call& call, std::optional<FilesOfRun>& written, const Clock& clock, json& row) {
   if (written) {
     written->finish(call[option::json], row);
+    const std::vector<std::filesystem::path>& to_move = call[moving];
+    const std::vector<std::string> names = moved_names(to_move, call[option::format]);
+    for (std::size_t i = 0; have_images() && i < to_move.size(); ++i) {
+      fmt::print("  ");
+      move_picture(call[option::output] / names[i], to_move[i], call[transform], false);
+      row["moved"].push_back(beside(call[option::json], call[option::output], names[i]));
+    }
   } else {
     fmt::print("  No files are written: there is no displacement.\n");
   }
@@ -422,6 +422,7 @@ struct Answer {
 
 Answer solve(const Call& call, Scene& scene, const Request& request, const Backend& backend,
              const SessionOptions& session, Progress& progress) {
+  require_held(scene);
   progress.set_total(site_updates(scene));
   progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
   if (asks(call)) {
@@ -441,7 +442,6 @@ int run_scene(Call& call) {
   const PeakMemory memory;
   Progress progress(call.speaks());
   progress.describe(fmt::format("prepare {}", call[option::scene]));
-  call.schedule.takes_boxes = true;
   Scene scene = load_for(call);
   phases["reading_seconds"] = clock.seconds();
   require_same_scenes(call, {&scene, 1});
@@ -455,15 +455,15 @@ int run_scene(Call& call) {
   }
   const Backend& backend = shared ? *shared : choose_backend(call, registry, scene);
   const Device device = backend.device(session);
-  const std::vector<std::string> files = file_names(scene, call[option::format], !call[no_pictures]);
-  require_output(call, scene, files);
-  require_held(scene);
-
+  const std::vector<std::string> files = files_of(call, scene);
   const Clock solving;
   const Answer answer = solve(call, scene, request, backend, session, progress);
   const Solution& solution = answer.solution();
   phases["solution_seconds"] = solving.seconds();
   phases["setup_seconds"] = solution.timings.projection + solution.timings.upload;
+  const auto left_out = misses_left_out(call, scene.points.size(), [&](Scene& of) {
+    return solve(call, of, request, backend, session, progress).solution().displacement;
+  });
   const json by_rank = ranks == nullptr ? json() : rows_of_ranks(call, registry, *shared, memory, *ranks);
   if (!call.speaks()) { // all ranks have the same field
     return success;
@@ -483,7 +483,8 @@ int run_scene(Call& call) {
                       std::string(backend.name()),
                       device.name,
                       std::move(absurd),
-                      find_warnings(scene, solution, answer.plan)};
+                      find_warnings(scene, solution, answer.plan),
+                      left_out};
   json row = row_of(solved);
   phases["diagnosis_seconds"] = diagnosing.seconds();
   row["phases"] = std::move(phases);
@@ -503,8 +504,8 @@ void add_run(CLI::App& program, Call& call) {
       "Solve one scene; write the displacement in millimetres, and the picture before and after, the\n"
       "deformed grid and the displacement's magnitude and change of area or volume as PNG; say what speaks\n"
       "against the result.",
-      {option::scene, option::size, option::tissues, option::points, schedule_options(true),
-       backend_options(), option::output, option::format, transform, no_pictures, option::json,
+      {option::scene, option::size, option::tissues, option::points, leave_one_out, schedule_options(true),
+       backend_options(), option::output, option::format, transform, moving, no_pictures, option::json,
        Options{accuracy, within, explain}.under("No more than the scene needs"),
        Options{sites_per_rank, halo}.under("Several processes (mpirun -n 4 hdmbench run ...)")},
       {"scene is required"});

@@ -1,3 +1,5 @@
+#include "harness/cli/warp.hpp"
+
 #include "harness/cli/arguments.hpp"
 #include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
@@ -15,25 +17,8 @@ const Option<std::vector<fs::path>> images("images", "Pictures, or with --labels
 const Option<fs::path> transform("--transform", "What run --transform wrote: .h5, .nrrd, .mha or .nii.gz");
 const Option<bool> labels("--labels", "Take the nearest pixel, not a mean of several");
 
-/// Returns what an image is called when it has moved: "t1.nrrd" of "t1.nii.gz".
-std::string moved_name(const fs::path& image, const std::string& ending) {
-  fs::path name = image.filename();
-  if (name.extension() == ".gz") {
-    name.replace_extension();
-  }
-  return fmt::format("{}.{}", name.stem().string(), ending);
-}
-
 int warp_images(Call& call) {
-  std::vector<std::string> files;
-  for (const fs::path& image : call[images]) {
-    files.push_back(moved_name(image, call[option::format]));
-    if (const auto other = std::ranges::find(files, files.back()); other != files.end() - 1) {
-      throw InputError(fmt::format("{} and {} would both become {}: call warp for each of them",
-                                   call[images][static_cast<std::size_t>(other - files.begin())].string(),
-                                   image.string(), files.back()));
-    }
-  }
+  const std::vector<std::string> files = moved_names(call[images], call[option::format]);
   std::vector<fs::path> read = call[images];
   read.push_back(call[transform]);
   require_folder(call[option::output], files, read);
@@ -41,14 +26,36 @@ int warp_images(Call& call) {
   for (std::size_t i = 0; i < files.size(); ++i) {
     const fs::path& image = call[images][i];
     progress.describe(fmt::format("warp {}", image.string()));
-    write_moved(call[option::output] / files[i], image, call[transform], call[labels]);
     progress.clear();
-    fmt::print("{}: {}, moved\n", (call[option::output] / files[i]).string(), image.string());
+    move_picture(call[option::output] / files[i], image, call[transform], call[labels]);
   }
   return success;
 }
 
 } // namespace
+
+std::vector<std::string> moved_names(std::span<const fs::path> pictures, const std::string& ending) {
+  std::vector<std::string> names;
+  for (const fs::path& picture : pictures) {
+    require_regular_file(picture);
+    fs::path name = picture.filename();
+    if (name.extension() == ".gz") {
+      name.replace_extension();
+    }
+    names.push_back(fmt::format("{}.{}", name.stem().string(), ending));
+    if (const auto other = std::ranges::find(names, names.back()); other != names.end() - 1) {
+      throw InputError(fmt::format("{} and {} would both become {}: call warp for each of them",
+                                   pictures[static_cast<std::size_t>(other - names.begin())].string(),
+                                   picture.string(), names.back()));
+    }
+  }
+  return names;
+}
+
+void move_picture(const fs::path& file, const fs::path& picture, const fs::path& transform, bool is_labels) {
+  write_moved(file, picture, transform, is_labels);
+  fmt::print("{}: {}, moved\n", file.string(), picture.string());
+}
 
 void add_warp(CLI::App& program, Call& call) {
   add_command(

@@ -78,8 +78,8 @@ double residual_at(const KnownPoint& point, const VectorField& displacement) {
   return std::sqrt(square);
 }
 
-void apply_points(TomlReader& scene, const std::filesystem::path& folder,
-                  std::span<const std::filesystem::path> more, const Content& content, Scene& to) {
+void apply_points(TomlReader& scene, const std::filesystem::path& folder, const SceneOptions& options,
+                  const Content& content, Scene& to) {
   const auto take = [&](const std::vector<PointPair>& pairs, double deviation) {
     for (const PointPair& pair : pairs) {
       to.points.push_back(known_point(pair, deviation, content, to.extent()));
@@ -100,20 +100,20 @@ void apply_points(TomlReader& scene, const std::filesystem::path& folder,
     table.finish();
     take(read(files), deviation);
   }
-  if (!more.empty()) {
-    take(read(more), 0.0);
-  }
-  if (to.points.empty()) {
-    return;
+  if (!options.points.empty()) {
+    take(read(options.points), 0.0);
   }
   FileConditions known{.target = {}, .confidence = {}};
-  known.target.extent = known.confidence.extent = {static_cast<int>(to.points.size()), 1, 1};
-  for (const KnownPoint& point : to.points) {
+  for (std::size_t number = 0; number < to.points.size(); ++number) {
+    const KnownPoint& point = to.points[number];
     if (point.deviation > 0.0 && !to.energy->is_of_cells()) {
       throw InputError(
           fmt::format("point {} has a deviation, which only the elastic energy knows: give --energy "
                       "elastic, or leave it out",
                       point.name));
+    }
+    if (options.idle_point == number) {
+      continue;
     }
     known.scattered.push_back(point.at);
     for (std::size_t axis = 0; axis < to.extent().axes(); ++axis) {
@@ -121,6 +121,10 @@ void apply_points(TomlReader& scene, const std::filesystem::path& folder,
       known.confidence[axis].push_back(confidence_of_deviation(point.deviation));
     }
   }
+  if (known.scattered.empty()) {
+    return;
+  }
+  known.target.extent = known.confidence.extent = {static_cast<int>(known.scattered.size()), 1, 1};
   (void)carry_conditions(known, to.energy->is_of_cells(), to.full);
 }
 

@@ -152,6 +152,10 @@ void read_spacing(TomlReader& scene, std::size_t axes, bool takes_boxes, Content
   for (std::size_t axis = 0; axis < axes; ++axis) {
     content.placement.aspect[axis] = sides[axis] / content.spacing;
   }
+  if (std::ranges::max(sides) > most_oblong * content.spacing) {
+    scene.fail("spacing", fmt::format("has a side {:.4g} times as long as the shortest, {:g} are possible",
+                                      std::ranges::max(sides) / content.spacing, most_oblong));
+  }
   if (!takes_boxes && content.placement != Placement{}) {
     scene.fail("spacing", "has other sides along the axes, which the elastic energy alone knows; give "
                           "energy = \"elastic\", or one number");
@@ -175,7 +179,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
 
   TomlReader image = reader.table("image");
   const RegisteredEnergy& to_be = options.energy != nullptr ? *options.energy : *scene.energy;
-  const bool takes_boxes = !options.as_cubes && to_be.is_of_cells();
+  const bool takes_boxes = !options.as_cubes && to_be.takes_boxes;
   Content content = read_content(reader, image, file, size, options, takes_boxes);
   scene.name += options.orientation.empty() ? "" : ", " + options.orientation;
   Level& full = scene.full;
@@ -197,7 +201,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   scene.spacing = content.spacing;
   scene.idle = apply_conditions(reader, content, scene.energy->is_of_cells(), full);
   std::ranges::move(content.idle, std::back_inserter(scene.idle));
-  apply_points(reader, file.folder, options.points, content, scene);
+  apply_points(reader, file.folder, options, content, scene);
   if (content.segmented && is_inspected(full.extent)) {
     scene.labels = std::move(content.labels);
   }

@@ -86,11 +86,11 @@ void read_vector_images(TomlReader& image, const std::filesystem::path& folder, 
 [[nodiscard]] std::vector<std::string> apply_conditions(TomlReader& scene, const Content& content,
                                                         bool may_be_springs, Level& level);
 
-/// Adds the [[points]] of a scene, whose files are looked for in `folder`, and those of the files `more`
-/// (none, a file of pairs, or one of before and one of after) to scene.points, and lets them act after the
-/// conditions: what is certain prescribes the sites around it so that the field between them has it; a
-/// deviation is a spring on them, beside those that are there.
-void apply_points(TomlReader& scene, const std::filesystem::path& folder,
-                  std::span<const std::filesystem::path> more, const Content& content, Scene& to);
+/// Adds the [[points]] of a scene, whose files are looked for in `folder`, and those of options.points (none,
+/// a file of pairs, or one of before and one of after) to scene.points, and lets all but options.idle_point
+/// act after the conditions: what is certain prescribes the sites around it so that the field between them
+/// has it; a deviation is a spring on them, beside those that are there.
+void apply_points(TomlReader& scene, const std::filesystem::path& folder, const SceneOptions& options,
+                  const Content& content, Scene& to);
 
 } // namespace hdmbench

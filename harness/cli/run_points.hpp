@@ -1,0 +1,29 @@
+#pragma once
+
+#include "harness/cli/arguments.hpp"
+
+#include <cstddef>
+#include <functional>
+#include <optional>
+#include <vector>
+
+/// What `run` says of points that have moved.
+namespace hdmbench::commands {
+
+inline const Option<bool> leave_one_out("--leave-one-out",
+                                        "Of points: solve also without each of them in turn, and say how far "
+                                        "the displacement there is from it: what the others tell of it");
+
+/// Where --leave-one-out asks for it, returns for each of the scene's points how far the displacement there
+/// is from it, pixels, where all others act but it does not; none where nothing holds the body without it.
+/// Empty where nobody asks. `solve` gives the displacement of a scene. Throws InputError where there are no
+/// points, and what `solve` throws.
+[[nodiscard]] std::vector<std::optional<double>>
+misses_left_out(Call& call, std::size_t points, const std::function<VectorField(Scene& scene)>& solve);
+
+/// Prints how far the displacement is from what is known at points, and puts it into the row of the run.
+/// `left_out` as misses_left_out() has it.
+void report_points(const Scene& scene, const VectorField& displacement,
+                   const std::vector<std::optional<double>>& left_out, nlohmann::json& row);
+
+} // namespace hdmbench::commands
