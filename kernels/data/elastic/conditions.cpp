@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <span>
 #include <utility>
+#include <vector>
 
 namespace hdmbench {
 
@@ -18,6 +20,9 @@ struct Known {
     const std::array<std::vector<float>*, 2> arrays{&value, &weight};
     make_zeros(arrays, extent.sites());
   }
+  /// Both have a number for every site.
+  Known(Extent extent_, std::vector<float> value_, std::vector<float> weight_)
+      : extent(extent_), value(std::move(value_)), weight(std::move(weight_)) {}
 };
 
 /// The mean of all that is known, where nothing else is.
@@ -137,15 +142,13 @@ void fill(Known& fine, const Known& coarse) {
   }
 }
 
-Known known_component(Extent extent, const std::vector<float>& target, const std::vector<float>& confidence) {
-  Known known(extent);
-#pragma omp parallel for simd if (extent.sites() > sites_worth_threads)
-  for (std::size_t i = 0; i < extent.sites(); ++i) {
+void set_known(Known& known, const std::vector<float>& target, const std::vector<float>& confidence) {
+#pragma omp parallel for simd if (known.extent.sites() > sites_worth_threads)
+  for (std::size_t i = 0; i < known.value.size(); ++i) {
     const bool prescribed = confidence[i] > 0.0F;
     known.weight[i] = prescribed ? 1.0F : 0.0F;
     known.value[i] = prescribed ? target[i] : 0.0F;
   }
-  return known;
 }
 
 /// All of it: by averages of averages, until there are no more than 2 a side.
@@ -166,13 +169,19 @@ void extend(Known& known) {
 VectorField extended_conditions(const Level& level) {
   VectorField field;
   field.extent = level.extent;
-  const auto extended = [&](const std::vector<float>& target, const std::vector<float>& confidence) {
-    Known known = known_component(level.extent, target, confidence);
-    extend(known);
-    return std::move(known.value);
-  };
+  // All axes use one: where memory is taken anew, the system has to clear it first.
+  std::vector<float> weight;
+  std::array<std::vector<float>*, 4> arrays{&weight};
   for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
-    field[axis] = extended(level.target[axis], level.confidence[axis]);
+    arrays[axis + 1] = &field[axis];
+  }
+  make_zeros(std::span(arrays).first(level.extent.axes() + 1), level.extent.sites());
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+    Known known(level.extent, std::move(field[axis]), std::move(weight));
+    set_known(known, level.target[axis], level.confidence[axis]);
+    extend(known);
+    field[axis] = std::move(known.value);
+    weight = std::move(known.weight);
   }
   return field;
 }

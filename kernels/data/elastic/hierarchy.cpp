@@ -344,11 +344,12 @@ auto springs_of(const Level& full) {
 
 } // namespace
 
-Prescribed::Prescribed(const Level& full, const RingedGrid& grid) {
+Prescribed::Prescribed(const Level& full, const RingedGrid& grid) : component(grid.axes()) {
+  const bool is_large = full.extent.sites() > sites_worth_threads;
+  on_all_threads(grid.axes(), is_large, [&](std::size_t axis) { component[axis].resize(grid.size()); });
   for (std::size_t axis = 0; axis < grid.axes(); ++axis) {
-    component.emplace_back(grid.size());
     const int rows = full.extent.height * full.extent.depth;
-#pragma omp parallel for if (full.extent.sites() > sites_worth_threads)
+#pragma omp parallel for if (is_large)
     for (int row = 0; row < rows; ++row) {
       const float* const from = full.confidence[axis].data() + full.extent.index(0, row);
       std::transform(from, from + full.extent.width,
