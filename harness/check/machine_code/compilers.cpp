@@ -17,6 +17,7 @@
 #include <optional>
 #include <regex>
 #include <sstream>
+#include <utility>
 #include <vector>
 
 namespace hdmbench {
@@ -234,19 +235,25 @@ json by_ocloc(const GpuTarget& target, const Path& folder) {
              "-options", options, "-output", "code", "-output_no_suffix", "-out_dir", folder.string()},
             folder,
             {.environment = {{"IGC_ShaderDumpEnable", "1"}, {"IGC_DumpToCustomDir", folder.string() + "/"}}});
-  Path widest; // the others were given up
-  int lanes = 0;
+  // Widths that spill were given up, and where all do, the compiler has tried again: "..._1_simd8_...".
+  Path last;
+  std::pair<int, int> best; // attempt and width
+  static const std::regex name("(?:_(\\d+))?_simd(\\d+)_.*\\.asm$");
   for (const auto& entry : std::filesystem::directory_iterator(folder)) {
-    const int width = number_after(entry.path().filename().string(), "_simd").value_or(0);
-    if (entry.path().extension() == ".asm" && width > lanes) {
-      lanes = width;
-      widest = entry.path();
+    const std::string file = entry.path().filename().string();
+    if (std::smatch found; std::regex_search(file, found, name)) {
+      const std::pair attempt(found[1].matched ? std::stoi(found[1]) : 0, std::stoi(found[2]));
+      if (attempt > best) {
+        best = attempt;
+        last = entry.path();
+      }
     }
   }
+  const int lanes = best.second;
   if (lanes == 0) {
     throw DeviceError("ocloc wrote no assembly (IGC_ShaderDumpEnable)");
   }
-  const std::string code = file_text(widest);
+  const std::string code = file_text(last);
   constexpr int bytes_of_register = 32;
   json row = fields_of(count_operations(InstructionSet::intel, code));
   add(row, "spills", number_after(code, "//.spill size").value_or(0) / bytes_of_register);
