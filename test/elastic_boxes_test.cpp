@@ -59,6 +59,27 @@ TEST(ElasticBoxes, AsFiniteElementsHaveThem) {
   }
 }
 
+/// What cycles say is left after the first one is within three times what is.
+TEST(ElasticBoxes, CyclesKnowHowFarTheyAreFromTheEnd) {
+  for (const auto& [name, extent] : {std::pair{"circular", Extent{48, 40}},
+                                     {"square", Extent{48, 40}},
+                                     {"circular-radial", Extent{41, 56}},
+                                     {"ball", Extent{16, 14, 15}}}) {
+    for (const std::array<double, 3>& sides :
+         {std::array{1.0, 1.0, 1.0}, {1.0, 1.5, 1.0}, {2.0, 1.0, 1.0}, {1.0, 3.0, 1.0}, {6.0, 1.0, 1.0}}) {
+      Scene scene = load_scene(name, {.size = extent});
+      scene.full.sides = sides;
+      use_energy(scene, energy_near(ReferenceSolution::finite_elements));
+      const Solution cycles = test::solved(scene, "openmp");
+      const double left =
+          rmsd(ReferenceField(cycles.displacement), ReferenceField(solved(scene.full, scene.elastic)));
+      ASSERT_TRUE(cycles.estimated_error) << name;
+      EXPECT_LT(left, 3.0 * *cycles.estimated_error) << name << ", sides " << sides[0] << " x " << sides[1];
+      EXPECT_GT(left, *cycles.estimated_error / 3.0) << name << ", sides " << sides[0] << " x " << sides[1];
+    }
+  }
+}
+
 /// Springs are what they are to the tissue of a site, whatever its sides.
 TEST(ElasticBoxes, SpringsPullThemAsTheyPullFiniteElements) {
   for (const Extent extent : {Extent{21, 18}, {7, 8, 6}}) {

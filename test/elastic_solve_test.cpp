@@ -121,7 +121,7 @@ TEST(ElasticSolve, CyclesConvergeWhereStiffLinesLieBetweenTheSitesOfCoarseLevels
 }
 
 TEST(ElasticSolve, CyclesThatGrowAreSeen) {
-  CyclesError error(1.0, 1e-6);
+  CyclesError error(1.0, 1.0, 1e-6);
   for (const double moved : {1.0, 0.01, 0.02, 0.01, 1e-7, 5e-6}) { // as they do on their way, and in rounding
     error.add(moved);
     EXPECT_FALSE(error.grow()) << moved;

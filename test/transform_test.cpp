@@ -306,6 +306,13 @@ TEST_F(Transforms, TheCommandLeavesPointsOutInTurn) {
     EXPECT_NEAR(rows[left_out]["left_out_mm"].get<double>(), miss, 1e-9 * miss);
     EXPECT_LE(rows[left_out]["residual_mm"].get<double>(), 1e-5);
   }
+  (void)write("free.toml", "[image]\nlabels = \"labels.nrrd\"\n[[tissue]]\nlabel = 1\nmodulus = 3.0\n");
+  test::expect_run(
+      0,
+      fmt::format("run '{}' --energy elastic --points '{}' --leave-one-out --no-pictures "
+                  "--output '{}'",
+                  path("free.toml").string(), path("other.txt").string(), path("out").string()),
+      testing::AllOf(testing::HasSubstr("without 1 of them"), testing::Not(testing::HasSubstr("in turn"))));
   test::expect_run(2, "run square --size 9 --leave-one-out", testing::HasSubstr("the scene has none"));
 }
 

@@ -337,39 +337,47 @@ void print_result(const Solved& solved, json& row) {
                              "time and memory than the solution.\n");
 }
 
-/// Returns file_names(). Throws InputError where files cannot be written, before anything is solved.
-std::vector<std::string> files_of(const Call& call, const Scene& scene) {
-  const std::vector<std::string> names = file_names(scene, call[option::format], !call[no_pictures]);
-  std::vector<std::string> files = names; // and pictures that move
+/// Throws InputError where files cannot be written: those of `names`, and what --warp and --transform ask
+/// for.
+void require_files(const Call& call, const Scene& scene, std::vector<std::string> names) {
   std::vector<std::filesystem::path> read = files_of_scene(call[option::scene]);
   std::ranges::copy(call[moving], std::back_inserter(read));
   if (!call[moving].empty() && call[transform].empty()) {
     throw InputError("--warp moves pictures with the file of --transform: give both");
   }
   for (const std::string& moved : moved_names(call[moving], call[option::format])) {
-    if (std::ranges::find(files, moved) != files.end()) {
+    if (std::ranges::find(names, moved) != names.end()) {
       throw InputError(fmt::format("a picture of --warp would become {}, which run writes anyway: give its "
                                    "file another name, or call hdmbench warp",
                                    moved));
     }
-    files.push_back(moved);
+    names.push_back(moved);
   }
-  if (have_images()) {
-    let_first_check(call.ranks, [&] { require_folder(call[option::output], files, read); });
+  require_folder(call[option::output], names, read);
+  if (call[transform].empty()) {
+    return;
   }
-  if (!call[transform].empty()) {
-    require_displacement_name(call[transform], scene.extent());
-    for (const std::string& file : files) {
-      if (std::filesystem::weakly_canonical(call[transform]) ==
-          std::filesystem::weakly_canonical(call[option::output] / file)) {
-        throw InputError(fmt::format("{} is what run writes anyway; give --transform another name",
-                                     call[transform].string()));
-      }
+  require_displacement_name(call[transform], scene.extent());
+  for (const std::string& name : names) {
+    if (std::filesystem::weakly_canonical(call[transform]) ==
+        std::filesystem::weakly_canonical(call[option::output] / name)) {
+      throw InputError(fmt::format("{} is what run writes anyway; give --transform another name",
+                                   call[transform].string()));
     }
   }
+}
+
+/// Returns file_names(). Throws InputError where what is asked for cannot be written, or told, before
+/// anything is solved.
+std::vector<std::string> files_of(const Call& call, const Scene& scene) {
   if (call[option::format] == "nii.gz" && scene.extent().axes() == 2) {
     throw InputError("--format nii.gz is for volumes: programs read a NIfTI file of one slice without its "
                      "place in space; give nrrd or mha");
+  }
+  require_points(call, scene);
+  std::vector<std::string> names = file_names(scene, call[option::format], !call[no_pictures]);
+  if (have_images()) {
+    let_first_check(call.ranks, [&] { require_files(call, scene, names); });
   }
   return names;
 }
@@ -384,14 +392,15 @@ void print_phases(const json& row) {
 }
 
 /// Waits for the files, if there are to be any, and ends the row.
-void finish_files(const Call& call, std::optional<FilesOfRun>& written, const Clock& clock, json& row) {
+void finish_files(const Call& call, std::optional<FilesOfRun>& written, const Clock& clock,
+                  Progress& progress, json& row) {
   if (written) {
     written->finish(call[option::json], row);
     const std::vector<std::filesystem::path>& to_move = call[moving];
     const std::vector<std::string> names = moved_names(to_move, call[option::format]);
     for (std::size_t i = 0; have_images() && i < to_move.size(); ++i) {
-      fmt::print("  ");
-      move_picture(call[option::output] / names[i], to_move[i], call[transform], false);
+      fmt::print("  {}\n",
+                 move_picture(call[option::output] / names[i], to_move[i], call[transform], false, progress));
       row["moved"].push_back(beside(call[option::json], call[option::output], names[i]));
     }
   } else {
@@ -490,7 +499,7 @@ int run_scene(Call& call) {
   row["phases"] = std::move(phases);
   progress.clear();
   print_run(call, solved, by_rank, row);
-  finish_files(call, written, clock, row);
+  finish_files(call, written, clock, progress, row);
   call.write(json::array({without_nulls(row)}));
   return solved.absurd.empty() && (!answer.plan || answer.plan->met) ? success : disagreement;
 }

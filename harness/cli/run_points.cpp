@@ -6,6 +6,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace hdmbench::commands {
@@ -26,14 +27,17 @@ double root_mean_square(const json& rows, const char* key) {
 
 } // namespace
 
+void require_points(const Call& call, const Scene& scene) {
+  if (call[leave_one_out] && scene.points.empty()) {
+    throw InputError(
+        "--leave-one-out is for points, and the scene has none: give it --points, or [[points]]");
+  }
+}
+
 std::vector<std::optional<double>> misses_left_out(Call& call, std::size_t points,
                                                    const std::function<VectorField(Scene& scene)>& solve) {
   if (!call[leave_one_out]) {
     return {};
-  }
-  if (points == 0) {
-    throw InputError(
-        "--leave-one-out is for points, and the scene has none: give it --points, or [[points]]");
   }
   std::vector<std::optional<double>> misses(points);
   for (std::size_t point = 0; point < points; ++point) {
@@ -42,7 +46,7 @@ std::vector<std::optional<double>> misses_left_out(Call& call, std::size_t point
     scene.name += " without " + scene.points.at(point).name;
     try {
       misses[point] = residual_at(scene.points.at(point), solve(scene));
-    } catch (const InputError&) { // the body is held by this point: with it there was a solution
+    } catch (const InputError&) { // no solution, and with the point there was one: it holds the body
     }
   }
   call.idle_point.reset();
@@ -70,10 +74,14 @@ void report_points(const Scene& scene, const VectorField& displacement,
   constexpr std::size_t most_shown = 20;
   fmt::print("  {} points: {:.3g} mm from where they went, RMS", rows.size(),
              root_mean_square(rows, "residual_mm"));
-  if (!left_out.empty()) {
+  const auto needed = std::ranges::count_if(left_out, [](const auto& miss) { return !miss; });
+  if (needed < std::ssize(left_out)) {
     fmt::print("; each left out in turn, {:.3g} mm", root_mean_square(rows, "left_out_mm"));
   }
   fmt::print("\n");
+  if (needed > 0) {
+    fmt::print("  without {} of them, left out by itself, nothing holds the tissue\n", needed);
+  }
   if (rows.size() <= most_shown) {
     fmt::print("{}", table_text(rows, "point|asked_mm:moved by mm|residual_mm:missed by mm|"
                                       "deviations:in its deviations|left_out_mm:missed by mm, left out"));

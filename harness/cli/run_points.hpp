@@ -14,10 +14,12 @@ inline const Option<bool> leave_one_out("--leave-one-out",
                                         "Of points: solve also without each of them in turn, and say how far "
                                         "the displacement there is from it: what the others tell of it");
 
+/// Throws InputError where --leave-one-out is asked for and the scene has no points.
+void require_points(const Call& call, const Scene& scene);
+
 /// Where --leave-one-out asks for it, returns for each of the scene's points how far the displacement there
 /// is from it, pixels, where all others act but it does not; none where nothing holds the body without it.
-/// Empty where nobody asks. `solve` gives the displacement of a scene. Throws InputError where there are no
-/// points, and what `solve` throws.
+/// Empty where nobody asks. `solve` gives the displacement of a scene; the scene itself has one.
 [[nodiscard]] std::vector<std::optional<double>>
 misses_left_out(Call& call, std::size_t points, const std::function<VectorField(Scene& scene)>& solve);
 

@@ -24,10 +24,8 @@ int warp_images(Call& call) {
   require_folder(call[option::output], files, read);
   Progress progress;
   for (std::size_t i = 0; i < files.size(); ++i) {
-    const fs::path& image = call[images][i];
-    progress.describe(fmt::format("warp {}", image.string()));
-    progress.clear();
-    move_picture(call[option::output] / files[i], image, call[transform], call[labels]);
+    fmt::print("{}\n", move_picture(call[option::output] / files[i], call[images][i], call[transform],
+                                    call[labels], progress));
   }
   return success;
 }
@@ -52,9 +50,12 @@ std::vector<std::string> moved_names(std::span<const fs::path> pictures, const s
   return names;
 }
 
-void move_picture(const fs::path& file, const fs::path& picture, const fs::path& transform, bool is_labels) {
+std::string move_picture(const fs::path& file, const fs::path& picture, const fs::path& transform,
+                         bool is_labels, Progress& progress) {
+  progress.describe(fmt::format("warp {}", picture.string()));
   write_moved(file, picture, transform, is_labels);
-  fmt::print("{}: {}, moved\n", file.string(), picture.string());
+  progress.clear();
+  return fmt::format("{}: {}, moved", file.string(), picture.string());
 }
 
 void add_warp(CLI::App& program, Call& call) {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "harness/solve/progress.hpp"
+
 #include <filesystem>
 #include <span>
 #include <string>
@@ -13,8 +15,11 @@ namespace hdmbench::commands {
 [[nodiscard]] std::vector<std::string> moved_names(std::span<const std::filesystem::path> pictures,
                                                    const std::string& ending);
 
-/// Moves a picture, or a segmentation, by what run --transform wrote, and says so. Throws as write_moved().
-void move_picture(const std::filesystem::path& file, const std::filesystem::path& picture,
-                  const std::filesystem::path& transform, bool is_labels);
+/// Moves a picture, or a segmentation, by what run --transform wrote. Throws as write_moved(). Returns what
+/// to say of it, and leaves no progress on the screen.
+[[nodiscard]] std::string move_picture(const std::filesystem::path& file,
+                                       const std::filesystem::path& picture,
+                                       const std::filesystem::path& transform, bool is_labels,
+                                       Progress& progress);
 
 } // namespace hdmbench::commands

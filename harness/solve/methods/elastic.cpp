@@ -371,7 +371,7 @@ void follow(const Schedule& schedule, double largest, RemainingError error, Elas
   const int steps = schedule.iterations - (gradients ? 0 : 1); // the first cycle is full multigrid's own
   const double rounding = solver.rounding(largest, error.contrast());
   const double least = 0.01 * largest * std::numeric_limits<float>::epsilon(); // it changes nothing
-  CyclesError of_cycles(error.contrast(), rounding);
+  CyclesError of_cycles(error.contrast(), error.oblong(), rounding);
   bool at_rest = false;
   for (int done = 0; done < steps && !at_rest; ++done) {
     const ElasticSolver::Step step = gradients ? solver.conjugate_gradients() : solver.cycle();

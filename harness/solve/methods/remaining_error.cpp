@@ -30,8 +30,8 @@ void SmallestEigenvalue::add(double factor, double product) {
 }
 
 RemainingError::RemainingError(const Level& level)
-    : contrast_(contrast_of(level.modulus)), mistrust_(floating_part(level)),
-      is_slender_(slenderness(level) > most_compact),
+    : contrast_(contrast_of(level.modulus)), oblong_(std::ranges::max(level.sides)),
+      mistrust_(floating_part(level)), is_slender_(slenderness(level) > most_compact),
       is_free_(has_springs(level) && !free_motions(level).empty()) {
   if (!mistrust_.empty()) {
     mistrust_ = "float32 cannot tell how a part of the tissue moves, " + mistrust_;

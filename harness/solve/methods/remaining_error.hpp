@@ -57,6 +57,8 @@ public:
   /// Why no estimate can be believed, whatever the steps; empty: it can.
   [[nodiscard]] const std::string& mistrust() const { return mistrust_; }
   [[nodiscard]] double contrast() const { return contrast_; }
+  /// The longest side of a pixel over the shortest.
+  [[nodiscard]] double oblong() const { return oblong_; }
   [[nodiscard]] bool is_known() const { return !moved_.empty(); }
 
   /// RMS of what is left, pixels: as likely too low as too high.
@@ -121,6 +123,7 @@ private:
   static constexpr std::size_t most_ratios = 5;
   static constexpr std::ptrdiff_t least_bending_steps = 3;
   double contrast_;
+  double oblong_;
   std::string mistrust_;
   bool is_slender_;
   bool is_free_;
@@ -129,11 +132,14 @@ private:
 };
 
 /// The same of cycles by themselves. They shrink by a share that tends to one of their own, so what is left
-/// is a geometric series. The first one tells less: the larger the contrast, the more is left.
+/// is a geometric series. The first one tells less: the larger the contrast, and the longer the pixels are,
+/// the more is left.
 class CyclesError {
 public:
-  /// `rounding`: RMS that moves a field for ever, pixels.
-  CyclesError(double contrast, double rounding) : contrast_(contrast), rounding_(rounding) {}
+  /// `oblong`: the longest side of a pixel over the shortest; `rounding`: RMS that moves a field for ever,
+  /// pixels.
+  CyclesError(double contrast, double oblong, double rounding)
+      : contrast_(contrast), oblong_(oblong), rounding_(rounding) {}
 
   void add(double moved) {
     if (moved_ > 0.0 && moved > rounding_) {
@@ -152,14 +158,16 @@ public:
 
   /// RMS of what is left, pixels.
   [[nodiscard]] double estimate() const {
-    const double of_next =
-        share_ > 0.0 ? 1.3 * share_ / (1.0 - share_) : 0.5 * std::pow(std::min(contrast_, 1e6), 0.18);
+    const double of_next = share_ > 0.0
+                               ? 1.3 * share_ / (1.0 - share_)
+                               : 0.5 * std::pow(std::min(contrast_, 1e6), 0.18) * std::pow(oblong_, 0.8);
     return moved_ * of_next;
   }
 
 private:
   static constexpr double largest_share = 0.99;
   double contrast_;
+  double oblong_;
   double rounding_;
   double moved_ = 0.0;
   double least_ = std::numeric_limits<double>::infinity();
