@@ -1,6 +1,6 @@
 #include "backends/backend.hpp"
 
-#include "backends/shared/cut_session.hpp"
+#include "backends/pieces/cut_session.hpp"
 #include "backends/shared/elastic_session.hpp"
 #include "backends/shared/energy_programs.hpp"
 #include "backends/shared/kept_arithmetic.hpp"
@@ -218,9 +218,11 @@ std::unique_ptr<ElasticSession> Backend::open_elastic(const SessionOptions& opti
   if (!has_elastic()) {
     return nullptr;
   }
-  const KeptArithmetic kept(name());
-  return with_name(name(),
-                   [&] { return do_open_elastic(choose(name(), devices(), options.device), options); });
+  const std::size_t index = with_name(name(), [&] { return choose(name(), devices(), options.device); });
+  return std::make_unique<CutElasticSession>([this, index, options] {
+    const KeptArithmetic kept(name());
+    return with_name(name(), [&] { return do_open_elastic(index, options); });
+  });
 }
 
 std::unique_ptr<ElasticSession> Backend::do_open_elastic(std::size_t /*index*/,

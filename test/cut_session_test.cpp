@@ -2,6 +2,7 @@
 
 #include "harness/check/faults/faulty_backend.hpp"
 #include "test/bit_cases.hpp"
+#include "test/elastic_cases.hpp"
 #include "test/files.hpp"
 #include "test/sessions.hpp"
 
@@ -10,15 +11,18 @@ namespace {
 
 using Fits = std::function<bool(Extent)>;
 
-/// A backend whose sessions take no other levels; counts those that it refused.
+/// A backend whose sessions take no other levels or elastic bodies; counts those that it refused.
 faults::FaultyBackend limited(const char* inner, const Fits& fits, int& refused) {
+  const auto refuse = [fits, &refused](Extent extent) {
+    if (!fits(extent)) {
+      ++refused;
+      throw TooLarge(fmt::format("no room for {}", extent.text()));
+    }
+  };
   return {test::find(inner),
-          {.name = "limited", .in_level = [fits, &refused](Level& level) {
-             if (!fits(level.extent)) {
-               ++refused;
-               throw TooLarge(fmt::format("no room for {} x {}", level.extent.width, level.extent.height));
-             }
-           }}};
+          {.name = "limited",
+           .in_level = [refuse](Level& level) { refuse(level.extent); },
+           .in_hierarchy = [refuse](ElasticHierarchy& body) { refuse(body.levels.front().grid.sites); }}};
 }
 
 /// Large images are cut, small ones are not, in one session; what cannot be cut so is refused.
@@ -71,6 +75,41 @@ TEST(CutSession, WhatCannotBeCutIsRefusedWithTheReason) {
   test::begin(*session, problem);
   session->step(1);
   EXPECT_GT(session->changed(), 0) << "a refused level must leave nothing behind";
+}
+
+/// Every step of every method, on cut levels and others, and the dot product.
+TEST(CutSession, GivesScalarsBitsOfTheElasticEnergy) {
+  for (const auto& [inner, order] :
+       {std::pair{"scalar", test::Order::one_by_one}, std::pair{"openmp", test::Order::in_one_go}}) {
+    int refused = 0;
+    int cut = 0;
+    const auto backend = limited(
+        inner, [](Extent extent) { return extent.sites() <= 2200; }, refused);
+    const auto session = backend.open_elastic({.device = {}, .threads = 2});
+    for (const test::ElasticCase& one : test::elastic_cases()) {
+      const int before = refused;
+      ASSERT_EQ(elastic_difference(*session, one, order), "") << inner;
+      cut += refused > before ? 1 : 0;
+    }
+    EXPECT_GT(cut, 6) << "hardly anything was cut";
+  }
+}
+
+TEST(CutSession, AnElasticBodyThatFitsInNoPiecesIsRefusedWithTheReason) {
+  int refused = 0;
+  const auto backend = limited(
+      "scalar", [](Extent extent) { return extent.sites() <= 30; }, refused);
+  const auto session = backend.open_elastic({});
+  const auto cases = test::elastic_cases();
+  const auto large = std::ranges::find_if(cases, [](const test::ElasticCase& one) {
+    return one.hierarchy.levels.front().grid.sites == Extent{40, 23};
+  });
+  EXPECT_THAT(test::refusal<TooLarge>([&] { session->load(large->hierarchy); }),
+              testing::AllOf(testing::HasSubstr("no room for 40 x 23"),
+                             testing::HasSubstr("nor do pieces of it fit")));
+  EXPECT_GT(refused, 1);
+  EXPECT_EQ(elastic_difference(*session, cases.front(), test::Order::one_by_one), "")
+      << "a refused body must leave nothing behind";
 }
 
 } // namespace

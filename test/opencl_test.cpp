@@ -3,7 +3,7 @@
 
 #include "backends/opencl/opencl.hpp"
 #include "backends/session/device_backend.hpp"
-#include "backends/shared/cut_session.hpp"
+#include "backends/pieces/cut_session.hpp"
 #include "backends/shared/driver_trial.hpp"
 #include "backends/shared/energy_programs.hpp"
 #include "test/bit_cases.hpp"

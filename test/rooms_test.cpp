@@ -14,19 +14,15 @@ struct Room {
 };
 
 constexpr std::array rooms{
-    Room{"kernels/specification/", 0}, Room{"kernels/shaders/", 0},
-    Room{"kernels/data/", 1},          Room{"backends/backend.", 2},
-    Room{"backends/device/", 2},       Room{"backends/session/", 2},
-    Room{"backends/shared/", 2},       Room{"backends/cpu/", 3},
-    Room{"backends/gl/", 4},           Room{"backends/vulkan/", 5},
-    Room{"backends/opencl/", 6},       Room{"backends/cuda/", 6},
-    Room{"backends/registry.", 7},     Room{"reference/", 8},
-    Room{"harness/scene/", 9},         Room{"harness/solve/", 10},
-    Room{"harness/applications/", 11}, Room{"harness/check/", 12},
-    Room{"harness/check/faults/", 13}, Room{"harness/measure/", 14},
-    Room{"harness/judge/", 15},        Room{"harness/report/", 16},
-    Room{"harness/tools/", 17},        Room{"harness/web/", 18},
-    Room{"harness/ranks/", 19},        Room{"harness/cli/", 20},
+    Room{"kernels/specification/", 0}, Room{"kernels/shaders/", 0},       Room{"kernels/data/", 1},
+    Room{"backends/backend.", 2},      Room{"backends/device/", 2},       Room{"backends/session/", 2},
+    Room{"backends/pieces/", 2},       Room{"backends/shared/", 2},       Room{"backends/cpu/", 3},
+    Room{"backends/gl/", 4},           Room{"backends/vulkan/", 5},       Room{"backends/opencl/", 6},
+    Room{"backends/cuda/", 6},         Room{"backends/registry.", 7},     Room{"reference/", 8},
+    Room{"harness/scene/", 9},         Room{"harness/solve/", 10},        Room{"harness/applications/", 11},
+    Room{"harness/check/", 12},        Room{"harness/check/faults/", 13}, Room{"harness/measure/", 14},
+    Room{"harness/judge/", 15},        Room{"harness/report/", 16},       Room{"harness/tools/", 17},
+    Room{"harness/web/", 18},          Room{"harness/ranks/", 19},        Room{"harness/cli/", 20},
     Room{"harness/itk/", 21},
 };
 

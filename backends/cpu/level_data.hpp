@@ -2,7 +2,7 @@
 
 #include "backends/cpu/buffer.hpp"
 #include "backends/cpu/row.hpp"
-#include "backends/shared/cut.hpp"
+#include "backends/pieces/cut.hpp"
 #include "kernels/data/level.hpp"
 #include "kernels/data/pyramid.hpp"
 

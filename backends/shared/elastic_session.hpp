@@ -70,6 +70,8 @@ public:
     hierarchy_ = std::move(hierarchy);
     do_load(hierarchy_);
   }
+  /// Gives the hierarchy back that load() could not load; load() is next.
+  [[nodiscard]] ElasticHierarchy unloaded() { return std::move(hierarchy_); }
   virtual void take(const MethodStep& step) = 0;
 
   /// Values of the level's extent.
@@ -136,7 +138,8 @@ protected:
   [[nodiscard]] int coarsest() const { return static_cast<int>(hierarchy_.levels.size()) - 1; }
 
 private:
-  /// `hierarchy` is the session's own: it may give away what it does not read again.
+  /// `hierarchy` is the session's own: it may give away what it does not read again. Where it throws TooLarge
+  /// nothing is missing.
   virtual void do_load(ElasticHierarchy& hierarchy) = 0;
   virtual void do_end() {}
 

@@ -65,10 +65,10 @@ public:
   int size_on_machine() const override { return size_on_machine_; }
   Traffic traffic() const override { return traffic_; }
 
-  std::vector<Parcel> exchange(std::span<const Transfer> ways, std::vector<Parcel> leaving,
-                               int arrays) override {
+  std::vector<Message> exchange(std::span<const Transfer> ways, std::vector<Message> leaving, int arrays,
+                                Purpose /*purpose*/) override {
     const Stopwatch watch(traffic_.seconds);
-    std::vector<Parcel> arrived;
+    std::vector<Message> arrived;
     for (const Transfer& way : ways) {
       if (way.to == static_cast<std::size_t>(rank_)) {
         const std::size_t values = way.sites.extent().sites() * static_cast<std::size_t>(arrays);
@@ -77,17 +77,17 @@ public:
     }
     // Two ranks that have several ways between them send and receive in the order of the ways.
     std::vector<MPI_Request> requests;
-    for (Parcel& parcel : arrived) {
-      require(MPI_Irecv(parcel.values.data(), count_of(parcel.values.size()), MPI_FLOAT,
-                        static_cast<int>(parcel.way.from), 0, MPI_COMM_WORLD, &requests.emplace_back()),
+    for (Message& message : arrived) {
+      require(MPI_Irecv(message.values.data(), count_of(message.values.size()), MPI_FLOAT,
+                        static_cast<int>(message.way.from), 0, MPI_COMM_WORLD, &requests.emplace_back()),
               "MPI_Irecv");
     }
-    for (const Parcel& parcel : leaving) {
-      require(MPI_Isend(parcel.values.data(), count_of(parcel.values.size()), MPI_FLOAT,
-                        static_cast<int>(parcel.way.to), 0, MPI_COMM_WORLD, &requests.emplace_back()),
+    for (const Message& message : leaving) {
+      require(MPI_Isend(message.values.data(), count_of(message.values.size()), MPI_FLOAT,
+                        static_cast<int>(message.way.to), 0, MPI_COMM_WORLD, &requests.emplace_back()),
               "MPI_Isend");
       ++traffic_.messages;
-      traffic_.bytes += static_cast<std::int64_t>(parcel.values.size() * sizeof(float));
+      traffic_.bytes += static_cast<std::int64_t>(message.values.size() * sizeof(float));
     }
     require(MPI_Waitall(count_of(requests.size()), requests.data(), MPI_STATUSES_IGNORE), "MPI_Waitall");
     return arrived;

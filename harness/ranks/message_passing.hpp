@@ -1,8 +1,7 @@
 #pragma once
 
 #include "backends/backend.hpp"
-#include "backends/shared/cut.hpp"
-#include "backends/shared/interface.hpp"
+#include "backends/pieces/exchange.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <cstddef>
@@ -15,24 +14,6 @@
 #include <vector>
 
 namespace hdmbench {
-
-/// What goes from one piece to another: some arrays at the sites of a transfer, one after the other.
-struct Parcel {
-  Transfer way;
-  std::vector<float> values;
-};
-
-/// How pieces of an image get at what others hold.
-class Exchange : public Interface {
-public:
-  /// Delivers parcels. `ways` are all transfers, the same in every process; `leaving` has a parcel for each
-  /// that begins here, in their order, with `arrays` arrays. Returns those that end here, in the same order.
-  /// Throws DeviceError where the network fails.
-  [[nodiscard]] virtual std::vector<Parcel> exchange(std::span<const Transfer> ways,
-                                                     std::vector<Parcel> leaving, int arrays) = 0;
-  /// Over all processes.
-  [[nodiscard]] virtual std::int64_t sum(std::int64_t own) = 0;
-};
 
 /// What a rank has sent to others, without what collective operations move.
 struct Traffic {
@@ -50,12 +31,12 @@ public:
   /// InputError where mpirun started several and this build has no MPI: each would do the whole work.
   [[nodiscard]] static std::unique_ptr<Ranks> of_this_process();
 
-  [[nodiscard]] virtual int rank() const = 0;
-  [[nodiscard]] virtual int size() const = 0;
   /// Return the number of this rank, and how many there are, on the same machine.
   [[nodiscard]] virtual int rank_on_machine() const = 0;
   [[nodiscard]] virtual int size_on_machine() const = 0;
   [[nodiscard]] bool is_first() const { return rank() == 0; }
+  /// An error of this rank's device is an InputError: ended_by_error_of_one().
+  void compute(const std::function<void()>& call) override;
 
   /// Collective: the text of every rank, by rank, on the first one; nothing on the others.
   [[nodiscard]] virtual std::vector<std::string> gather(const std::string& own) = 0;

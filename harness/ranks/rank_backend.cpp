@@ -1,7 +1,8 @@
 #include "harness/ranks/rank_backend.hpp"
 
+#include "backends/pieces/elastic_pieces.hpp"
+#include "backends/pieces/level_pieces.hpp"
 #include "backends/registry.hpp"
-#include "harness/check/compare.hpp"
 
 #include <fmt/format.h>
 #include <sched.h>
@@ -18,90 +19,22 @@ namespace {
 /// A session that all ranks have together: each sweeps over its piece, halos come from the others.
 class RankSession final : public Session {
 public:
-  RankSession(Ranks& ranks, const Sharing& sharing, const faults::RankFault& fault,
-              std::unique_ptr<Session> own)
-      : ranks_(ranks), rank_(static_cast<std::size_t>(ranks.rank())), sharing_(sharing), fault_(fault),
-        halos_(ranks, fault, rank_), session_(std::move(own)) {}
+  RankSession(std::unique_ptr<Exchange> exchange, const Sharing& sharing, LevelPieces::Open open)
+      : sharing_(sharing), pieces_(std::move(exchange), std::move(open)) {
+    pieces_.open(1);
+  }
 
 private:
   void do_load(const Level& level) override {
-    extent_ = level.extent;
-    share_ = sharing_.level(level.extent, level.rule == Rule::annealing);
-    if (has_piece()) {
-      Level piece = part_of(level, share_.loaded[rank_]);
-      piece.seed = seed_from_row(level.seed, share_.loaded[rank_].first[1]);
-      if (fault_.in_level) {
-        fault_.in_level(piece, rank_);
-      }
-      ended_by_error_of_one([&] { session_->load(piece); });
-    }
+    pieces_.load(level, sharing_.level(level.extent, level.rule == Rule::annealing));
   }
+  void do_write(const VectorField& displacement) override { pieces_.write(displacement); }
+  void do_step(int /*first*/, int sweeps) override { pieces_.step(sweeps); }
+  void do_read(VectorField& displacement) override { displacement = pieces_.read(); }
+  std::int64_t do_changed() override { return pieces_.changed(); }
 
-  void do_write(const VectorField& displacement) override {
-    write_loaded(part_of(displacement, share_.loaded[rank_]));
-  }
-
-  /// The session numbers its sweeps as this one does. Its own count has the halo in it, so the field is
-  /// compared with the one before.
-  void do_step(int /*first*/, int sweeps) override {
-    sweep(sweeps - 1);
-    const VectorField before = owned();
-    sweep(1);
-    changed_ = compare(before, owned()).sites;
-  }
-
-  void do_read(VectorField& displacement) override {
-    displacement = redistribute(ranks_, rank_, share_.owned, all_on_each(extent_, ranks_.size()), owned());
-  }
-
-  std::int64_t do_changed() override { return halos_.sum(changed_); }
-
-  [[nodiscard]] bool has_piece() const { return rank_ < share_.cut.pieces.size(); }
-
-  /// With halos that are right.
-  void write_loaded(const VectorField& displacement) {
-    if (has_piece()) {
-      ended_by_error_of_one([&] { session_->write(displacement); });
-    }
-    sweeps_left_ = share_.cut.halo;
-  }
-
-  /// The displacement of this rank's own sites.
-  VectorField owned() {
-    VectorField values(share_.owned[rank_].extent());
-    if (has_piece()) {
-      VectorField field;
-      ended_by_error_of_one([&] { session_->read(field); });
-      copy(share_.owned[rank_], field, share_.loaded[rank_], values, share_.owned[rank_]);
-    }
-    return values;
-  }
-
-  /// Each piece goes on as long as its halo holds, then halos are renewed.
-  void sweep(int sweeps) {
-    while (sweeps > 0) {
-      if (sweeps_left_ == 0 && share_.cut.pieces.size() > 1) {
-        write_loaded(redistribute(halos_, rank_, share_.owned, share_.loaded, owned()));
-      }
-      const int now = share_.cut.pieces.size() > 1 ? std::min(sweeps, sweeps_left_) : sweeps;
-      if (has_piece()) {
-        ended_by_error_of_one([&] { session_->step(now); });
-      }
-      sweeps_left_ -= now;
-      sweeps -= now;
-    }
-  }
-
-  Ranks& ranks_;
-  std::size_t rank_;
   Sharing sharing_;
-  faults::RankFault fault_;
-  faults::FaultyExchange halos_;
-  std::unique_ptr<Session> session_;
-  Extent extent_{};
-  LevelShare share_;
-  int sweeps_left_ = 0;      ///< for which the halos hold
-  std::int64_t changed_ = 0; ///< of this rank's own sites, by the last sweep
+  LevelPieces pieces_;
 };
 
 /// Processors that this process may run on; 0 where the system does not tell.
@@ -150,6 +83,10 @@ std::unique_ptr<Ranks> Ranks::of_this_process() {
   return nullptr;
 }
 #endif
+
+void Ranks::compute(const std::function<void()>& call) {
+  ended_by_error_of_one(call);
+}
 
 void require_same(Ranks& ranks, const std::string& own,
                   const std::function<std::string(std::size_t rank, std::string_view text,
@@ -209,16 +146,16 @@ std::vector<Device> RankBackend::devices() const {
 std::unique_ptr<Session> RankBackend::do_open(std::size_t /*index*/, const SessionOptions& options) const {
   SessionOptions own = asked_;
   own.work = options.work;
-  std::unique_ptr<Session> session = ended_by_error_of_one([&] { return own_.open(own); });
-  if (fault_.in_active_session && options.work == Work::active) {
-    session = faults::spoilt(std::move(session), *fault_.in_active_session);
-  }
-  return std::make_unique<RankSession>(ranks_, sharing_, fault_, std::move(session));
+  const auto open = [this, own] { return faults::spoilt(own_.open(own), fault_, ranks_.rank(), own.work); };
+  return std::make_unique<RankSession>(std::make_unique<faults::FaultyExchange>(ranks_, fault_), sharing_,
+                                       open);
 }
 
 std::unique_ptr<ElasticSession> RankBackend::do_open_elastic(std::size_t /*index*/,
                                                              const SessionOptions& /*options*/) const {
-  return open_elastic_on_ranks(ranks_, sharing_, fault_, [this] { return own_.open_elastic(asked_); });
+  const auto open = [this] { return faults::spoilt(own_.open_elastic(asked_), fault_, ranks_.rank()); };
+  return std::make_unique<ElasticPieces>(std::make_unique<faults::FaultyExchange>(ranks_, fault_), sharing_,
+                                         open);
 }
 
 SessionOptions options_of_rank(SessionOptions asked, const Backend& backend, const Ranks& ranks) {

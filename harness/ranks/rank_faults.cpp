@@ -31,9 +31,9 @@ Box without_farthest(Box sites, const Box& from) {
 }
 
 /// What goes wrong first of a halo is not brought.
-void shorten(std::vector<Parcel>& arrived, std::span<const Transfer> ways) {
-  for (Parcel& parcel : arrived) {
-    const Transfer& way = parcel.way;
+void shorten(std::vector<Message>& arrived, std::span<const Transfer> ways) {
+  for (Message& message : arrived) {
+    const Transfer& way = message.way;
     const auto back = std::ranges::find_if(
         ways, [&](const Transfer& other) { return other.from == way.to && other.to == way.from; });
     if (back == ways.end()) { // no halo, but a level on its way to or from the first rank
@@ -42,24 +42,24 @@ void shorten(std::vector<Parcel>& arrived, std::span<const Transfer> ways) {
     const Box kept = without_farthest(way.sites, back->sites);
     const std::size_t whole = way.sites.extent().sites();
     const std::size_t part = kept.extent().sites();
-    const std::size_t arrays = parcel.values.size() / whole;
-    Parcel shorter{.way = {way.from, way.to, kept}, .values = std::vector<float>(arrays * part)};
+    const std::size_t arrays = message.values.size() / whole;
+    Message shorter{.way = {way.from, way.to, kept}, .values = std::vector<float>(arrays * part)};
     for (std::size_t i = 0; i < arrays; ++i) {
-      copy(kept, std::span(parcel.values).subspan(i * whole, whole), way.sites,
+      copy(kept, std::span(message.values).subspan(i * whole, whole), way.sites,
            std::span(shorter.values).subspan(i * part, part), kept);
     }
-    parcel = std::move(shorter);
+    message = std::move(shorter);
   }
 }
 
 /// What the exchange before brought; at first what is right.
 class Stale {
 public:
-  void operator()(std::vector<Parcel>& arrived, std::span<const Transfer> /*ways*/) {
-    for (Parcel& parcel : arrived) {
-      auto& before = before_[{parcel.way.from, parcel.way.sites}];
-      const std::vector<float> now = parcel.values;
-      parcel.values = before.empty() ? now : before;
+  void operator()(std::vector<Message>& arrived, std::span<const Transfer> /*ways*/) {
+    for (Message& message : arrived) {
+      auto& before = before_[{message.way.from, message.way.sites}];
+      const std::vector<float> now = message.values;
+      message.values = before.empty() ? now : before;
       before = now;
     }
   }
@@ -69,7 +69,7 @@ private:
 };
 
 /// Two neighbours change places.
-void swap_neighbours(std::vector<Parcel>& arrived, std::span<const Transfer> /*ways*/) {
+void swap_neighbours(std::vector<Message>& arrived, std::span<const Transfer> /*ways*/) {
   if (arrived.size() < 2) {
     return;
   }
@@ -84,11 +84,11 @@ void swap_neighbours(std::vector<Parcel>& arrived, std::span<const Transfer> /*w
 }
 
 /// Each rank's own sum, then the sum of these; not the tree.
-void add_up(std::vector<Parcel>& arrived) {
-  for (Parcel& parcel : arrived) {
-    const float sum = std::accumulate(parcel.values.begin(), parcel.values.end(), 0.0F);
-    std::ranges::fill(parcel.values, 0.0F);
-    parcel.values.front() = sum;
+void add_up(std::vector<Message>& arrived) {
+  for (Message& message : arrived) {
+    const float sum = std::accumulate(message.values.begin(), message.values.end(), 0.0F);
+    std::ranges::fill(message.values, 0.0F);
+    message.values.front() = sum;
   }
 }
 
@@ -169,19 +169,46 @@ std::vector<RankFault> rank_faults() {
 
 } // namespace
 
-std::vector<Parcel> FaultyExchange::exchange(std::span<const Transfer> ways, std::vector<Parcel> leaving,
-                                             int arrays) {
-  std::vector<Parcel> arrived = sound_.exchange(ways, std::move(leaving), arrays);
-  if (arrays == 1 && fault_.in_sums) {
+std::vector<Message> FaultyExchange::exchange(std::span<const Transfer> ways, std::vector<Message> leaving,
+                                              int arrays, Purpose purpose) {
+  std::vector<Message> arrived = sound_.exchange(ways, std::move(leaving), arrays, purpose);
+  if (purpose == Purpose::sums && fault_.in_sums) {
     fault_.in_sums(arrived);
-  } else if (arrays > 1 && fault_.in_halos) {
+  } else if (purpose == Purpose::halos && fault_.in_halos) {
     fault_.in_halos(arrived, ways);
   }
   return arrived;
 }
 
 std::int64_t FaultyExchange::sum(std::int64_t own) {
-  return sound_.sum(fault_.in_count ? fault_.in_count(own, rank_) : own);
+  return sound_.sum(fault_.in_count ? fault_.in_count(own, static_cast<std::size_t>(rank())) : own);
+}
+
+std::unique_ptr<Session> spoilt(std::unique_ptr<Session> sound, const RankFault& fault, int rank, Work work) {
+  Fault own;
+  if (fault.in_active_session && work == Work::active) {
+    own = *fault.in_active_session;
+  } else if (!fault.in_level) {
+    return sound;
+  }
+  if (fault.in_level) {
+    own.in_level = [in_level = fault.in_level, rank](Level& level) {
+      in_level(level, static_cast<std::size_t>(rank));
+    };
+  }
+  return spoilt(std::move(sound), std::move(own));
+}
+
+std::unique_ptr<ElasticSession> spoilt(std::unique_ptr<ElasticSession> sound, const RankFault& fault,
+                                       int rank) {
+  if (!fault.in_sheet) {
+    return sound;
+  }
+  Fault own;
+  own.in_hierarchy = [in_sheet = fault.in_sheet, rank](ElasticHierarchy& hierarchy) {
+    in_sheet(hierarchy, static_cast<std::size_t>(rank));
+  };
+  return spoilt(std::move(sound), std::move(own));
 }
 
 std::vector<Planted> planted_on_ranks(Ranks& ranks, const std::vector<std::unique_ptr<Backend>>& registry,

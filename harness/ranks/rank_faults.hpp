@@ -24,12 +24,12 @@ struct RankFault {
   std::string what; ///< one line for people
   int ranks = 2;    ///< with fewer it cannot be planted
   /// Spoils what arrived for a halo; `ways` are all that lead from and to its piece, and others.
-  std::function<void(std::vector<Parcel>&, std::span<const Transfer> ways)> in_halos{};
+  std::function<void(std::vector<Message>&, std::span<const Transfer> ways)> in_halos{};
   /// Spoils this rank's count of changed sites.
   std::function<std::int64_t(std::int64_t, std::size_t rank)> in_count{};
   /// Spoils what the first rank got of a sum.
-  std::function<void(std::vector<Parcel>&)> in_sums{};
-  /// Spoils the piece of a level that this rank loads, or of a sheet.
+  std::function<void(std::vector<Message>&)> in_sums{};
+  /// Spoils the piece of a level that this rank loads, or of an elastic body.
   std::function<void(Level&, std::size_t rank)> in_level{};
   std::function<void(ElasticHierarchy&, std::size_t rank)> in_sheet{};
   /// A fault of this rank's own session with Work::active.
@@ -42,17 +42,25 @@ struct RankFault {
 /// `sound` with the fault, or as it is where there is none.
 class FaultyExchange final : public Exchange {
 public:
-  FaultyExchange(Exchange& sound, RankFault fault, std::size_t rank)
-      : sound_(sound), fault_(std::move(fault)), rank_(rank) {}
-  std::vector<Parcel> exchange(std::span<const Transfer> ways, std::vector<Parcel> leaving,
-                               int arrays) override;
+  /// `sound` must outlive it.
+  FaultyExchange(Exchange& sound, RankFault fault) : sound_(sound), fault_(std::move(fault)) {}
+  int rank() const override { return sound_.rank(); }
+  int size() const override { return sound_.size(); }
+  std::vector<Message> exchange(std::span<const Transfer> ways, std::vector<Message> leaving, int arrays,
+                                Purpose purpose) override;
   std::int64_t sum(std::int64_t own) override;
+  void compute(const std::function<void()>& call) override { sound_.compute(call); }
 
 private:
   Exchange& sound_;
   RankFault fault_;
-  std::size_t rank_;
 };
+
+/// Returns the session of a rank with the fault, or as it is where the fault is elsewhere.
+[[nodiscard]] std::unique_ptr<Session> spoilt(std::unique_ptr<Session> sound, const RankFault& fault,
+                                              int rank, Work work);
+[[nodiscard]] std::unique_ptr<ElasticSession> spoilt(std::unique_ptr<ElasticSession> sound,
+                                                     const RankFault& fault, int rank);
 
 /// Controls without a mistake, and all faults that so many ranks can have, on `backends` (backend_of_rank).
 /// Ranks and registry must outlive the list. What it makes is collective.

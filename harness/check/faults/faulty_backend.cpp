@@ -186,6 +186,10 @@ std::unique_ptr<Session> spoilt(std::unique_ptr<Session> sound, Fault fault) {
   return std::make_unique<FaultySession>(std::move(sound), std::move(fault));
 }
 
+std::unique_ptr<ElasticSession> spoilt(std::unique_ptr<ElasticSession> sound, Fault fault) {
+  return std::make_unique<FaultyElasticSession>(std::move(sound), std::move(fault));
+}
+
 std::unique_ptr<Session> FaultyBackend::do_open(std::size_t /*index*/, const SessionOptions& options) const {
   const bool is_sound = fault_.way == Way::active && options.work != Work::active;
   return spoilt(sound_.open(options), is_sound ? Fault{} : fault_);
@@ -193,7 +197,7 @@ std::unique_ptr<Session> FaultyBackend::do_open(std::size_t /*index*/, const Ses
 
 std::unique_ptr<ElasticSession> FaultyBackend::do_open_elastic(std::size_t /*index*/,
                                                                const SessionOptions& options) const {
-  return std::make_unique<FaultyElasticSession>(sound_.open_elastic(options), fault_);
+  return spoilt(sound_.open_elastic(options), fault_);
 }
 
 std::unique_ptr<Backend> make_fused() {

@@ -46,6 +46,7 @@ struct Fault {
 
 /// `sound` with the fault between it and the caller.
 [[nodiscard]] std::unique_ptr<Session> spoilt(std::unique_ptr<Session> sound, Fault fault);
+[[nodiscard]] std::unique_ptr<ElasticSession> spoilt(std::unique_ptr<ElasticSession> sound, Fault fault);
 
 /// A sound backend with a fault; called by the fault's name. A fault in what happens on a level or between
 /// two is planted into a pyramid in one piece by computing that level by level; any other goes around the

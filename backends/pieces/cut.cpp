@@ -1,4 +1,4 @@
-#include "backends/shared/cut.hpp"
+#include "backends/pieces/cut.hpp"
 
 #include <algorithm>
 #include <iterator>

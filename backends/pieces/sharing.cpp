@@ -1,4 +1,4 @@
-#include "harness/ranks/sharing.hpp"
+#include "backends/pieces/sharing.hpp"
 
 #include <algorithm>
 #include <utility>
@@ -6,17 +6,6 @@
 namespace hdmbench {
 
 namespace {
-
-LevelShare by_rank(Cut cut, int ranks) {
-  LevelShare share{.cut = std::move(cut), .owned = {}, .loaded = {}};
-  share.owned.resize(static_cast<std::size_t>(ranks));
-  share.loaded.resize(share.owned.size());
-  for (std::size_t i = 0; i < share.cut.pieces.size(); ++i) {
-    share.owned[i] = share.cut.pieces[i].owned;
-    share.loaded[i] = share.cut.pieces[i].loaded;
-  }
-  return share;
-}
 
 /// Coarse site i is fine site 2^level i; the end of the image is the end of its levels.
 Box on_level(const Box& part, Extent image, int level, Extent sites) {
@@ -30,14 +19,14 @@ Box on_level(const Box& part, Extent image, int level, Extent sites) {
 }
 
 /// The cut of the image on another level.
-LevelShare on_level(const Cut& image_cut, Extent image, int level, Extent sites, int ranks) {
+LevelShare on_level(const Cut& image_cut, Extent image, int level, Extent sites, int places) {
   Cut cut = image_cut;
   cut.halo >>= level;
   for (Piece& piece : cut.pieces) {
     piece = {.owned = on_level(piece.owned, image, level, sites),
              .loaded = on_level(piece.loaded, image, level, sites)};
   }
-  return by_rank(std::move(cut), ranks);
+  return share_of(std::move(cut), places);
 }
 
 /// Cut at multiples of 2^cut_levels sites, a volume at twice as many, so that the level below has two slices
@@ -67,14 +56,26 @@ void copy_arrays(const Box& part, int arrays, std::span<const float> from, const
 
 } // namespace
 
-std::vector<Box> all_on_first(Extent extent, int ranks) {
-  std::vector<Box> held(static_cast<std::size_t>(ranks));
-  held.front() = all_of(extent);
-  return held;
+LevelShare share_of(Cut cut, int places) {
+  LevelShare share{.cut = std::move(cut), .owned = {}, .loaded = {}};
+  share.owned.resize(static_cast<std::size_t>(places));
+  share.loaded.resize(share.owned.size());
+  for (std::size_t i = 0; i < share.cut.pieces.size(); ++i) {
+    share.owned[i] = share.cut.pieces[i].owned;
+    share.loaded[i] = share.cut.pieces[i].loaded;
+  }
+  return share;
 }
 
-std::vector<Box> all_on_each(Extent extent, int ranks) {
-  return std::vector<Box>(static_cast<std::size_t>(ranks), all_of(extent));
+PieceRange own_pieces(const Exchange& exchange, std::size_t pieces) {
+  const auto rank = static_cast<std::size_t>(exchange.rank());
+  return exchange.size() == 1 ? PieceRange{0, pieces} : PieceRange{rank, rank + 1};
+}
+
+std::vector<Box> all_on_first(Extent extent, std::size_t pieces) {
+  std::vector<Box> held(pieces);
+  held.front() = all_of(extent);
+  return held;
 }
 
 LevelShare Sharing::level(Extent extent, bool in_rows) const {
@@ -86,7 +87,7 @@ LevelShare Sharing::level(Extent extent, bool in_rows) const {
        cut.pieces.empty(); --count) {
     cut = in_rows ? cut_rows(extent, count, halo) : cut_image(extent, count, halo);
   }
-  return by_rank(std::move(cut), ranks);
+  return share_of(std::move(cut), ranks);
 }
 
 ElasticShare Sharing::elastic(std::vector<Extent> levels) const {
@@ -111,55 +112,76 @@ ElasticShare Sharing::elastic(std::vector<Extent> levels) const {
       }
     }
   }
-  share.shares.push_back(by_rank(cut_image(image, 1), ranks));
+  share.shares.push_back(share_of(cut_image(image, 1), ranks));
   return share;
 }
 
-std::vector<float> redistribute(Exchange& exchange, std::size_t rank, std::span<const Box> held,
-                                std::span<const Box> wanted, std::span<const float> own, int arrays) {
+std::vector<std::vector<float>> redistribute(Exchange& exchange, Purpose purpose, std::span<const Box> held,
+                                             std::span<const Box> wanted,
+                                             std::span<const std::vector<float>> own, int arrays) {
+  const PieceRange here = own_pieces(exchange, held.size());
   const auto room = [arrays](const Box& sites) {
     return std::vector<float>(static_cast<std::size_t>(arrays) * sites.extent().sites());
   };
   const std::vector<Transfer> ways = transfers(held, wanted);
-  std::vector<Parcel> leaving;
+  std::vector<Message> leaving;
   for (const Transfer& way : ways) {
-    if (way.from == rank) {
-      Parcel& parcel = leaving.emplace_back(Parcel{.way = way, .values = room(way.sites)});
-      copy_arrays(way.sites, arrays, own, held[rank], parcel.values, way.sites);
+    if (way.from >= here.first && way.from < here.end) {
+      Message& message = leaving.emplace_back(Message{.way = way, .values = room(way.sites)});
+      copy_arrays(way.sites, arrays, own[way.from - here.first], held[way.from], message.values, way.sites);
     }
   }
-  std::vector<float> result = room(wanted[rank]);
-  if (const Box here = intersection(held[rank], wanted[rank]); here.extent().sites() > 0) {
-    copy_arrays(here, arrays, own, held[rank], result, wanted[rank]);
+  std::vector<std::vector<float>> result;
+  for (std::size_t piece = here.first; piece < here.end; ++piece) {
+    result.push_back(room(wanted[piece]));
+    if (const Box stays = intersection(held[piece], wanted[piece]); stays.extent().sites() > 0) {
+      copy_arrays(stays, arrays, own[piece - here.first], held[piece], result.back(), wanted[piece]);
+    }
   }
-  for (const Parcel& parcel : exchange.exchange(ways, std::move(leaving), arrays)) {
-    copy_arrays(parcel.way.sites, arrays, parcel.values, parcel.way.sites, result, wanted[rank]);
+  for (const Message& message : exchange.exchange(ways, std::move(leaving), arrays, purpose)) {
+    const std::size_t to = message.way.to;
+    copy_arrays(message.way.sites, arrays, message.values, message.way.sites, result[to - here.first],
+                wanted[to]);
   }
   return result;
 }
 
-VectorField redistribute(Exchange& exchange, std::size_t rank, std::span<const Box> held,
-                         std::span<const Box> wanted, const VectorField& own) {
+std::vector<VectorField> redistribute(Exchange& exchange, Purpose purpose, std::span<const Box> held,
+                                      std::span<const Box> wanted, std::span<const VectorField> own) {
   std::size_t axes = 2;
-  for (const std::span<const Box>& boxes : {held, wanted}) { // a rank without sites does not know
+  for (const std::span<const Box>& boxes : {held, wanted}) { // a piece without sites does not know
     for (const Box& box : boxes) {
       axes = std::max(axes, box.extent().axes());
     }
   }
-  std::vector<float> all;
-  for (std::size_t axis = 0; axis < axes; ++axis) {
-    all.insert(all.end(), own[axis].begin(), own[axis].end());
+  std::vector<std::vector<float>> all;
+  for (const VectorField& field : own) {
+    std::vector<float>& values = all.emplace_back();
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      values.insert(values.end(), field[axis].begin(), field[axis].end());
+    }
   }
-  const std::vector<float> values = redistribute(exchange, rank, held, wanted, all, static_cast<int>(axes));
-  VectorField field;
-  field.extent = wanted[rank].extent();
-  auto from = values.begin();
-  for (std::size_t axis = 0; axis < axes; ++axis) {
-    const auto end = from + static_cast<std::ptrdiff_t>(field.extent.sites());
-    field[axis].assign(from, end);
-    from = end;
+  std::size_t piece = own_pieces(exchange, held.size()).first;
+  std::vector<VectorField> fields;
+  for (const std::vector<float>& values :
+       redistribute(exchange, purpose, held, wanted, all, static_cast<int>(axes))) {
+    VectorField& field = fields.emplace_back();
+    field.extent = wanted[piece++].extent();
+    auto from = values.begin();
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      const auto end = from + static_cast<std::ptrdiff_t>(field.extent.sites());
+      field[axis].assign(from, end);
+      from = end;
+    }
   }
-  return field;
+  return fields;
+}
+
+VectorField whole_of(Exchange& exchange, std::span<const Box> held, Extent extent,
+                     std::span<const VectorField> own) {
+  const std::vector<Box> wanted = exchange.size() == 1 ? all_on_first(extent, held.size())
+                                                       : std::vector<Box>(held.size(), all_of(extent));
+  return std::move(redistribute(exchange, Purpose::results, held, wanted, own).front());
 }
 
 } // namespace hdmbench

@@ -1,0 +1,347 @@
+#include "backends/pieces/elastic_pieces.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cstdint>
+#include <iterator>
+#include <utility>
+
+namespace hdmbench {
+
+namespace {
+
+/// Copies rows of so many cells or sites from a part of one grid, which begins at `first`, into another grid.
+std::vector<float> part_of(const std::vector<float>& from, const RingedGrid& whole, const RingedGrid& grid,
+                           const std::array<int, 3>& first, Extent extent) {
+  std::vector<float> values(grid.size());
+  for (int row = 0; row < extent.rows(); ++row) {
+    const int y = row % extent.height;
+    const int z = row / extent.height;
+    const std::size_t begin = whole.index(first[0], first[1] + y, first[2] + z);
+    std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(begin), extent.width,
+                values.begin() + static_cast<std::ptrdiff_t>(grid.index(0, y, z)));
+  }
+  return values;
+}
+
+MaskedCells part_of(const MaskedCells& from, const Box& part, Extent cells) {
+  MaskedCells masked;
+  masked.components = from.components;
+  masked.rows = static_cast<std::size_t>(cells.height);
+  for (int row = 0; row < cells.rows(); ++row) {
+    masked.begin.push_back(masked.x.size());
+    const auto [begin, end] =
+        from.row(part.first[1] + row % cells.height, part.first[2] + row / cells.height);
+    for (std::size_t i = begin; i < end; ++i) {
+      const int x = from.x[i] - part.first[0];
+      if (x >= 0 && x < cells.width) {
+        masked.x.push_back(x);
+        const float* const matrix = from.matrix(i);
+        masked.stiffness.insert(masked.stiffness.end(), matrix,
+                                matrix + masked.components * masked.components);
+      }
+    }
+  }
+  masked.begin.push_back(masked.x.size());
+  return masked;
+}
+
+/// The sites `part` of a level and the cells between them. A new member has to be named here, or this does
+/// not compile.
+ElasticLevel part_of(const ElasticLevel& level, const Box& part) {
+  const auto& [whole, moments, bend, response, masked] = level;
+  const RingedGrid grid(part.extent());
+  const auto cut = [&](const std::vector<std::vector<float>>& arrays, Extent extent) {
+    std::vector<std::vector<float>> parts;
+    std::ranges::transform(arrays, std::back_inserter(parts), [&](const std::vector<float>& values) {
+      return part_of(values, whole, grid, part.first, extent);
+    });
+    return parts;
+  };
+  const bool has_site_moduli = moments.size() == 1; // of the image of a volume
+  return {.grid = grid,
+          .moments = cut(moments, has_site_moduli ? part.extent() : grid.cells()),
+          .bend = bend,
+          .response = cut(response, part.extent()),
+          .masked = part_of(masked, part, grid.cells())};
+}
+
+/// A field that a step reads up to `reach` sites around each site of its level.
+struct Read {
+  ElasticField field;
+  int reach;
+};
+
+/// In the order in which they are wanted, without the corrections of the next level.
+std::vector<Read> reads_of(const MethodStep& step) {
+  switch (step.kind) {
+  case MethodStep::Kind::relax:
+  case MethodStep::Kind::restrict_residual:
+    return step.from == ElasticField::correction ? std::vector<Read>{{step.from, 1}, {ElasticField::load, 0}}
+                                                 : std::vector<Read>{{step.from, 1}};
+  case MethodStep::Kind::forces:
+    return {{step.from, 1}};
+  case MethodStep::Kind::relax_from_zero:
+  case MethodStep::Kind::restrict_load:
+    return {{ElasticField::load, 0}};
+  case MethodStep::Kind::correct:
+    return {{step.from, 0}};
+  case MethodStep::Kind::advance:
+    return {{step.from, 0}, {step.direction, 0}};
+  default:
+    return {};
+  }
+}
+
+/// Squares of the tree of a dot product, 2^height sites a side, that meet a part of the image.
+Box squares_of(const Box& part, int height) {
+  const auto up = [&](int side) { return (side + (1 << height) - 1) >> height; };
+  Box result;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    result.first[axis] = part.first[axis] >> height;
+    result.end[axis] = up(part.end[axis]);
+  }
+  return result;
+}
+
+} // namespace
+
+std::vector<Extent> sites_of(const ElasticHierarchy& hierarchy) {
+  std::vector<Extent> levels;
+  std::ranges::transform(hierarchy.levels, std::back_inserter(levels),
+                         [](const ElasticLevel& level) { return level.grid.sites; });
+  return levels;
+}
+
+template <typename Call>
+void ElasticPieces::on_pieces(const Call& call) const {
+  exchange_->compute([&] {
+    for (std::size_t i = 0; i < pieces_.size(); ++i) {
+      if (pieces_[i] != nullptr) {
+        call(*pieces_[i], here().first + i);
+      }
+    }
+  });
+}
+
+template <typename Call>
+void ElasticPieces::on_coarse(const Call& call) const {
+  if (is_first()) {
+    exchange_->compute([&] { call(*coarse_); });
+  }
+}
+
+/// Renews the halos that the step needs, and notes how far what it makes is right beyond what is owned. A
+/// coarse site takes what is around a fine one, so restricting wants one site more.
+void ElasticPieces::take(const MethodStep& step) {
+  if (!share_.is_cut(step.level)) {
+    on_coarse([&](ElasticSession& session) { session.take(step); });
+    return;
+  }
+  if (step.kind == MethodStep::Kind::write) {
+    write_pieces(step);
+    return;
+  }
+  const int more = step.restricts() ? 1 : 0;
+  int right = halo(step.level) - more;
+  if (step.kind == MethodStep::Kind::interpolate || step.kind == MethodStep::Kind::correct) {
+    right = bring_correction(step.level);
+  }
+  for (const Read& read : reads_of(step)) {
+    want(step.level, read.field, read.reach + more);
+    right = std::min(right, valid(step.level, read.field) - read.reach);
+  }
+  on_pieces([&](ElasticSession& session, std::size_t) { session.take(step); });
+  if (share_.is_cut(step.made_on())) {
+    valid(step.made_on(), step.to) = more > 0 ? (right - 1) / 2 : right;
+  } else {
+    send_load();
+  }
+}
+
+void ElasticPieces::read(int level, ElasticField field, VectorField& values) const {
+  if (share_.is_cut(level)) {
+    values = whole_of(*exchange_, share_.share(level).owned, sites(level), owned(level, field));
+    return;
+  }
+  std::vector<VectorField> own(here().end - here().first);
+  on_coarse([&](const ElasticSession& coarse) { coarse.read(level, field, own.front()); });
+  values = whole_of(*exchange_, all_on_first(sites(level), share_.image().owned.size()), sites(level), own);
+}
+
+float ElasticPieces::dot(ElasticField first, ElasticField second) const {
+  const int height = share_.cut_levels();
+  float sum = 0.0F;
+  if (height == 0) {
+    on_coarse([&](const ElasticSession& coarse) { sum = coarse.dot(first, second); });
+    return value_of_first(sum);
+  }
+  const std::vector<Box>& parts = share_.image().owned;
+  std::vector<Box> held;
+  std::ranges::transform(parts, std::back_inserter(held),
+                         [height](const Box& part) { return squares_of(part, height); });
+  const Extent all = squares_of(all_of(sites(0)), height).extent();
+  std::vector<std::vector<float>> own(here().end - here().first);
+  on_pieces([&](const ElasticSession& session, std::size_t piece) {
+    own[piece - here().first] = hdmbench::part_of(session.dot_squares(first, second, height),
+                                                  squares_of(in_piece(0, piece, parts[piece]), height))
+                                    .values;
+  });
+  const std::vector<std::vector<float>> squares =
+      redistribute(*exchange_, Purpose::sums, held, all_on_first(all, held.size()), own);
+  if (is_first()) {
+    ScalarField sums;
+    sums.extent = all;
+    sums.values = squares.front();
+    while (sums.extent.sites() > 1) {
+      sums = square_sums(sums, sites(0).axes());
+    }
+    sum = sums.values.front();
+  }
+  return value_of_first(sum);
+}
+
+std::optional<double> ElasticPieces::device_seconds() {
+  std::optional<double> sum;
+  const auto add = [&](ElasticSession& session) {
+    if (const std::optional<double> seconds = session.device_seconds()) {
+      sum = sum.value_or(0.0) + *seconds;
+    }
+  };
+  on_pieces([&](ElasticSession& session, std::size_t) { add(session); });
+  on_coarse(add);
+  return sum;
+}
+
+void ElasticPieces::do_load(ElasticHierarchy& hierarchy) {
+  share_ = sharing_.elastic(sites_of(hierarchy));
+  const int cut_levels = share_.cut_levels();
+  valid_.clear();
+  for (int level = 0; level < cut_levels; ++level) {
+    valid_.emplace_back().fill(halo(level)); // fields are 0 everywhere
+  }
+  const auto load_into = [&](std::unique_ptr<ElasticSession>& session, ElasticHierarchy part) {
+    session = session != nullptr ? std::move(session) : open_();
+    session->load(std::move(part));
+  };
+  const PieceRange own = here();
+  const std::size_t pieces = cut_levels > 0 ? share_.image().cut.pieces.size() : 0;
+  exchange_->compute([&] {
+    pieces_.resize(std::min(own.end, std::max(pieces, own.first)) - own.first);
+    for (std::size_t i = 0; i < pieces_.size(); ++i) {
+      load_into(pieces_[i], piece_of(hierarchy, own.first + i));
+    }
+    if (is_first()) {
+      load_into(coarse_, coarse_of(hierarchy));
+    }
+  });
+  for (ElasticLevel& level : hierarchy.levels) { // the sessions have theirs
+    level.grid = std::exchange(level, {}).grid;
+  }
+}
+
+void ElasticPieces::do_end() {
+  on_pieces([](ElasticSession& session, std::size_t) { session.end(); });
+  on_coarse([](ElasticSession& session) { session.end(); });
+}
+
+/// A level without stiffness ends it, so that it is a hierarchy as any other.
+ElasticHierarchy ElasticPieces::piece_of(const ElasticHierarchy& whole, std::size_t piece) const {
+  const std::size_t axes = whole.levels.front().grid.axes();
+  const Extent least{2, 2, axes == 3 ? 2 : 1};
+  const auto& [ratio, levels, inverse] = whole;
+  ElasticHierarchy part{.ratio = ratio, .levels = {}, .coarsest_inverse = {}};
+  part.coarsest_inverse.assign(axes * least.sites() * axes * least.sites(), 0.0F);
+  for (int level = 0; level <= share_.cut_levels(); ++level) {
+    part.levels.push_back(
+        part_of(levels[static_cast<std::size_t>(level)], share_.share(level).loaded[piece]));
+  }
+  part.levels.push_back(empty_level(least, levels[1].moments.size()));
+  return part;
+}
+
+/// Nothing is asked of cut levels, so each is as small as the first one that is not cut.
+ElasticHierarchy ElasticPieces::coarse_of(const ElasticHierarchy& whole) const {
+  const auto& [ratio, levels, inverse] = whole;
+  ElasticHierarchy part{.ratio = ratio, .levels = {}, .coarsest_inverse = inverse};
+  const auto first = levels.begin() + share_.cut_levels();
+  for (auto level = levels.begin(); level != first; ++level) {
+    part.levels.push_back(part_of(*level, all_of(first->grid.sites)));
+  }
+  part.levels.insert(part.levels.end(), first, levels.end());
+  return part;
+}
+
+void ElasticPieces::write_pieces(const MethodStep& step) {
+  valid(step.level, step.to) = halo(step.level);
+  on_pieces([&](ElasticSession& session, std::size_t piece) {
+    session.write(step.level, step.to,
+                  hdmbench::part_of(*step.values, share_.share(step.level).loaded[piece]));
+  });
+}
+
+std::vector<VectorField> ElasticPieces::owned(int level, ElasticField field) const {
+  std::vector<VectorField> own(here().end - here().first);
+  on_pieces([&](const ElasticSession& session, std::size_t piece) {
+    VectorField loaded;
+    session.read(level, field, loaded);
+    own[piece - here().first] =
+        hdmbench::part_of(loaded, in_piece(level, piece, share_.share(level).owned[piece]));
+  });
+  return own;
+}
+
+Box ElasticPieces::in_piece(int level, std::size_t piece, Box part) const {
+  const Box& loaded = share_.share(level).loaded[piece];
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    part.first[axis] -= loaded.first[axis];
+    part.end[axis] -= loaded.first[axis];
+  }
+  return part;
+}
+
+void ElasticPieces::want(int level, ElasticField field, int sites) {
+  if (valid(level, field) >= sites) {
+    return;
+  }
+  valid(level, field) = halo(level);
+  const LevelShare& share = share_.share(level);
+  const std::vector<VectorField> loaded =
+      redistribute(*exchange_, Purpose::halos, share.owned, share.loaded, owned(level, field));
+  on_pieces([&](ElasticSession& session, std::size_t piece) {
+    session.write(level, field, loaded[piece - here().first]);
+  });
+}
+
+void ElasticPieces::send_load() {
+  const int level = share_.cut_levels();
+  const std::vector<Box>& held = share_.share(level).owned;
+  const std::vector<VectorField> whole =
+      redistribute(*exchange_, Purpose::halos, held, all_on_first(sites(level), held.size()),
+                   owned(level, ElasticField::load));
+  on_coarse([&](ElasticSession& coarse) { coarse.write(level, ElasticField::load, whole.front()); });
+}
+
+int ElasticPieces::bring_correction(int level) {
+  if (share_.is_cut(level + 1)) {
+    want(level + 1, ElasticField::correction, 1);
+    return 2 * valid(level + 1, ElasticField::correction) - 1;
+  }
+  const LevelShare& share = share_.share(level + 1);
+  std::vector<VectorField> whole(here().end - here().first);
+  on_coarse(
+      [&](const ElasticSession& coarse) { coarse.read(level + 1, ElasticField::correction, whole.front()); });
+  const std::vector<VectorField> parts = redistribute(
+      *exchange_, Purpose::halos, all_on_first(sites(level + 1), share.owned.size()), share.loaded, whole);
+  on_pieces([&](ElasticSession& session, std::size_t piece) {
+    session.write(level + 1, ElasticField::correction, parts[piece - here().first]);
+  });
+  return 2 * share.cut.halo - 1;
+}
+
+float ElasticPieces::value_of_first(float value) const {
+  const std::int64_t bits = is_first() ? std::bit_cast<std::uint32_t>(value) : 0;
+  return std::bit_cast<float>(static_cast<std::uint32_t>(exchange_->sum(bits)));
+}
+
+} // namespace hdmbench
