@@ -39,10 +39,10 @@ private:
   bool in_one_piece_ = false; ///< the pyramid is the session's that has the whole image
 };
 
-/// The same for the elastic energy (ElasticPieces).
+/// Cuts an elastic body that is too large in the same way (ElasticPieces).
 class CutElasticSession final : public ElasticSession {
 public:
-  /// As above.
+  /// `open` makes another session of the backend, as above.
   explicit CutElasticSession(ElasticPieces::Open open);
 
   void take(const MethodStep& step) override { session_->take(step); }
