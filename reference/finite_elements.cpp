@@ -290,7 +290,7 @@ ElasticProblem elastic_problem(const Level& level) {
                          .modulus = {level.modulus.values.begin(), level.modulus.values.end()},
                          .fixed = Planes<std::uint8_t>(level.extent),
                          .prescribed = ReferenceField(level.target),
-                         .force = {},
+                         .force = has_forces(level) ? ReferenceField(level.force) : ReferenceField{},
                          .sides = level.sides};
   const bool sprung = has_springs(level);
   if (sprung) {

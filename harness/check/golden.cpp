@@ -186,6 +186,9 @@ GoldenInputs hash_inputs(const Scene& scene) {
   hash.add(scene.full.penalty);
   hash.add(scene.full.steps.values());
   hash.add(scene.start_field());
+  if (has_forces(scene.full)) {
+    hash.add(scene.full.force);
+  }
   GoldenInputs inputs{.scene = hash.value(), .levels = {}};
   if (scene.energy->is_of_cells()) {
     inputs.levels = {hierarchy_hash(make_elastic_hierarchy(scene.full, scene.elastic))};

@@ -242,6 +242,17 @@ void report_observations(const Scene& scene, json& row) {
   }
 }
 
+/// Prints what pulls in all, and puts it into the row of the run; nothing of a scene without loads.
+void report_loads(const Scene& scene, json& row) {
+  if (has_forces(scene.full)) {
+    const bool is_volume = scene.extent().axes() == 3;
+    const std::array<double, 3> sum = resultant_of_loads(scene);
+    row["loads"] = {{"resultant_N", sum}};
+    fmt::print("  loads: {:.3g} {} in all\n", fmt::join(std::span(sum).first(scene.extent().axes()), ", "),
+               is_volume ? "N along x, y and z" : "N per mm of thickness along x and y");
+  }
+}
+
 /// A scene that was solved, by a plan or by its own method.
 struct Solved {
   const Scene& scene;
@@ -325,6 +336,7 @@ void print_result(const Solved& solved, json& row) {
                solved.unit());
   }
   report_observations(solved.scene, row);
+  report_loads(solved.scene, row);
   report_points(solved.scene, solution.displacement, solved.left_out, row);
   if (!solved.absurd.empty()) {
     fmt::print(

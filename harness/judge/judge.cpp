@@ -133,6 +133,7 @@ Judge::Place::Place(const Backend& backend_, const SessionOptions& options)
 Judge::Judge(const Scene& scene, std::span<const Backend* const> backends, const JudgeOptions& options,
              Progress& progress)
     : scene_(scene), options_(options), progress_(progress), truths_(find_truths(scene, progress)) {
+  require_known_pixels(scene, usual_energy());
   for (const Backend* backend : backends) {
     places_.emplace_back(*backend, options.session);
   }

@@ -100,6 +100,7 @@ constexpr RegisteredEnergy plane_stress{.name = "elastic",
                                         .near = ReferenceSolution::finite_elements,
                                         .takes_volumes = true,
                                         .takes_boxes = true,
+                                        .takes_forces = true,
                                         .bytes_per_pixel = 90,
                                         .bytes_per_voxel = 130};
 
@@ -192,6 +193,11 @@ void require_known_pixels(const Scene& scene, const RegisteredEnergy& energy) {
         fmt::format("the pixels of {} have sides of {:.4g} to each other, and the {} energy knows "
                     "squares and cubes only; load the scene with it, or resample its files",
                     scene.name, fmt::join(scene.full.sides, " : "), energy.name));
+  }
+  if (!energy.takes_forces && has_forces(scene.full)) {
+    throw InputError(fmt::format("{} has loads, which the {} energy does not know: what solves it by the "
+                                 "elastic energy alone takes it",
+                                 scene.name, energy.name));
   }
 }
 

@@ -195,6 +195,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   }
   read_vector_images(image, file.folder, size, content, scene);
   image.finish();
+  content.knows_millimetres = reader.has("spacing") || reader.has("image") || reader.has("brain");
   if (!reader.has("image")) { // an image has seen it
     read_spacing(reader, full.extent.axes(), takes_boxes, content);
   }
@@ -202,6 +203,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   scene.idle = apply_conditions(reader, content, scene.energy->is_of_cells(), full);
   std::ranges::move(content.idle, std::back_inserter(scene.idle));
   apply_points(reader, file.folder, options, content, scene);
+  std::ranges::move(apply_loads(reader, content, to_be, full), std::back_inserter(scene.idle));
   if (content.segmented && is_inspected(full.extent)) {
     scene.labels = std::move(content.labels);
   }

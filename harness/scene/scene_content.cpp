@@ -26,6 +26,7 @@ using Pair = std::array<double, 2>;
 struct Tissue {
   float modulus = 0.0F;
   float gray = 0.0F;
+  std::optional<double> density{}; ///< kg/m^3
 };
 
 /// `shown`: whether their gray values are what a picture shows.
@@ -34,6 +35,7 @@ std::map<int, Tissue> read_tissues(TomlReader& scene, bool shown) {
   for (TomlReader& table : scene.tables("tissue")) {
     Tissue tissue{.modulus = static_cast<float>(table.get<double>("modulus"))};
     (void)table.has("name");
+    table.read("density", tissue.density);
     if (double gray = 0.0; shown) {
       table.read("gray", gray);
       tissue.gray = static_cast<float>(gray);
@@ -86,6 +88,11 @@ void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Con
     content.modulus.values[i] = tissue->second.modulus;
     if (needs_picture) {
       content.picture.values[i] = tissue->second.gray;
+    }
+  }
+  for (const auto& [label, of_label] : tissues) {
+    if (of_label.density) {
+      content.densities.emplace(label, *of_label.density);
     }
   }
   for (const int label : idle) {

@@ -5,6 +5,7 @@
 #include "harness/scene/toml_reader.hpp"
 
 #include <filesystem>
+#include <map>
 #include <optional>
 #include <span>
 #include <string>
@@ -16,6 +17,7 @@ namespace hdmbench {
 
 /// What the pixels are made of, before conditions.
 struct Content {
+  std::map<int, double> densities{}; ///< of labels that have one, kg/m^3
   LabelField labels;
   ScalarField modulus;
   ScalarField picture;
@@ -24,6 +26,7 @@ struct Content {
   FileGrid grid{.stated = Stated::sides}; ///< of an image, as of Image; else only `stated`
   std::optional<FileGrid> oblong{};       ///< as of Image
   std::optional<double> stated_spacing{}; ///< of the scene file, for its other images
+  bool knows_millimetres = false;         ///< something says what the spacing is
   bool segmented = false;          ///< labels says which tissue, not the same everywhere for want of one
   std::vector<std::string> idle{}; ///< as of Scene
 };
@@ -85,6 +88,14 @@ void read_vector_images(TomlReader& image, const std::filesystem::path& folder, 
 /// (RegisteredEnergy::is_of_cells). Returns, as of Scene::idle, what has no effect.
 [[nodiscard]] std::vector<std::string> apply_conditions(TomlReader& scene, const Content& content,
                                                         bool may_be_springs, Level& level);
+
+/// Adds up the [[load]] tables in level.force: a gravity (m/s^2 along the axes of the image) pulls at what
+/// the densities of tissues are, a pressure (MPa) pushes the sites of one label away from those of another
+/// beside them. Sites on the border of the image stand for a half of a pixel. `energy` is the one that will
+/// be minimised; moduli are MPa, and gravity needs to know millimetres. Returns, as of Scene::idle, what has
+/// no effect.
+[[nodiscard]] std::vector<std::string> apply_loads(TomlReader& scene, const Content& content,
+                                                   const RegisteredEnergy& energy, Level& level);
 
 /// Adds the [[points]] of a scene, whose files are looked for in `folder`, and those of options.points (none,
 /// a file of pairs, or one of before and one of after) to scene.points, and lets all but options.idle_point

@@ -77,7 +77,7 @@ class Planner {
 public:
   Planner(Scene& scene, const Request& request, ElasticSession& session, Progress& progress)
       : scene_(scene), request_(request), session_(session), progress_(progress),
-        extents_(sampled_extents(scene.extent())) {}
+        extents_(has_forces(scene.full) ? std::vector{scene.extent()} : sampled_extents(scene.extent())) {}
 
   Plan run() {
     if (!solve_sampled()) {

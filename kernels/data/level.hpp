@@ -53,7 +53,15 @@ struct Level {
   /// The sides of a pixel or a voxel over the shortest of them, which is the unit of displacements: 1 of
   /// squares and cubes, which the thesis's energy knows alone; of an image the third is 1.
   std::array<double, 3> sides{1.0, 1.0, 1.0};
+  /// The load on every site, over the area or the volume of a pixel or voxel whose sides are those: MPa over
+  /// a shortest side. Empty: there is none. Elastic energies alone know it.
+  VectorField force{};
 };
+
+/// Whether anything but conditions moves the sites.
+[[nodiscard]] inline bool has_forces(const Level& level) {
+  return !level.force[0].empty();
+}
 
 /// What update.inc's Sweep holds, for sweep `number` (from 0) since the level was loaded.
 struct SweepState {

@@ -99,6 +99,10 @@ int exponent_to_safe_moduli(const ModulusRange& range) {
 void scale_moduli(Level& level, int exponent) {
   std::ranges::transform(level.modulus.values, level.modulus.values.begin(),
                          [&](float modulus) { return std::ldexp(modulus, exponent); });
+  for (std::vector<float>& component : level.force.planes) {
+    std::ranges::transform(component, component.begin(),
+                           [&](float force) { return std::ldexp(force, exponent); });
+  }
   set_inverse_modulus(level);
 }
 

@@ -48,7 +48,8 @@ struct ModulusRange {
 /// and with squares of displacements, stay within float as they are. A field only depends on their ratios.
 [[nodiscard]] int exponent_to_safe_moduli(const ModulusRange& range);
 
-/// Multiplies all moduli by 2^exponent and fills inverse_modulus.
+/// Multiplies all moduli and forces by 2^exponent, which leaves displacements what they are, and fills
+/// inverse_modulus.
 void scale_moduli(Level& level, int exponent);
 
 /// The bits of a number >= 0: such numbers have the order of their bits. The greatest of integers is found

@@ -30,12 +30,25 @@ constexpr double least_share = 0x1p-36;
 /// Products below it have fewer digits than float.
 constexpr float least_product = 0x1p-100F;
 
+/// Adds the level's own forces, `unit` times, where they can move something.
+void add_forces(const Level& level, double unit, VectorField& load) {
+  for (std::size_t axis = 0; has_forces(level) && axis < level.extent.axes(); ++axis) {
+    for (std::size_t at = 0; at < level.extent.sites(); ++at) {
+      if (level.confidence[axis][at] < 1.0F) {
+        load[axis][at] =
+            static_cast<float>(load[axis][at] + unit * static_cast<double>(level.force[axis][at]));
+      }
+    }
+  }
+}
+
 } // namespace
 
 ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, ElasticSession& session)
     : session_(session), slenderness_(slenderness(full)) {
   timed(timings_.projection, [&] { require_held(full); });
-  sprung_ = has_springs(full);
+  const bool pulled = has_springs(full);
+  sprung_ = pulled || has_forces(full);
   const auto load_sheet = [&](Springs springs) {
     load(timed(timings_.projection, [&] { return make_elastic_hierarchy(full, model, springs); }));
   };
@@ -51,9 +64,15 @@ ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, Elast
     session_.forces(ElasticField::displacement, ElasticField::load); // springs are at rest there
     session_.read(0, ElasticField::load, load);
   });
-  load_sheet(Springs::pull);
+  add_forces(full, force_unit(full, model.poisson), load);
+  if (pulled) {
+    load_sheet(Springs::pull);
+  }
   const Stopwatch watch(timings_.upload);
   session_.write(0, ElasticField::load, load);
+  if (!pulled) {
+    session_.write(0, ElasticField::displacement, VectorField(full.extent));
+  }
 }
 
 ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, const SiteSprings& springs,
@@ -310,7 +329,8 @@ double ElasticSolver::settle(const Level& full) {
   };
   VectorField missing = full.target;
   combine(missing, displacement(), std::minus<>());
-  const VectorField pull = pulled(std::move(missing));
+  VectorField pull = pulled(std::move(missing));
+  add_forces(full, 1.0, pull);
   const auto count = static_cast<Eigen::Index>(motions.size());
   Eigen::MatrixXd matrix(count, count);
   Eigen::VectorXd forces(count);
@@ -353,11 +373,11 @@ void solve_within(double accuracy, int most_steps, const Level& level, ElasticSo
 
 namespace {
 
-/// Takes the steps of the schedule's method. `largest`: component of the targets, pixels; `error`: of the
-/// scene, no step added. Tells `solution` the error that is left where the method knows it, and whether
-/// cycles grew.
-void follow(const Schedule& schedule, double largest, RemainingError error, ElasticSolver& solver,
-            Progress& progress, Solution& solution) {
+/// Takes the steps of the schedule's method. `largest`: component of the targets, pixels, which says nothing
+/// where the scene `has_forces`; `error`: of the scene, no step added. Tells `solution` the error that is
+/// left where the method knows it, and whether cycles grew.
+void follow(const Schedule& schedule, double largest, bool has_forces, RemainingError error,
+            ElasticSolver& solver, Progress& progress, Solution& solution) {
   const auto sites = static_cast<double>(solver.work().front().extent.sites());
   if (schedule.method == elastic_sweeps) {
     for (int done = 0; done < schedule.iterations; ++done) {
@@ -369,6 +389,7 @@ void follow(const Schedule& schedule, double largest, RemainingError error, Elas
   const bool gradients = schedule.method == elastic_conjugate_gradients;
   solver.full_multigrid(gradients || schedule.iterations > 0);
   const int steps = schedule.iterations - (gradients ? 0 : 1); // the first cycle is full multigrid's own
+  largest = std::max(largest, has_forces ? largest_component(solver.displacement()) : 0.0);
   const double rounding = solver.rounding(largest, error.contrast());
   const double least = 0.01 * largest * std::numeric_limits<float>::epsilon(); // it changes nothing
   CyclesError of_cycles(error.contrast(), error.oblong(), rounding);
@@ -412,7 +433,7 @@ Solution solve_whole(const Scene& scene, ElasticSession& session, Progress& prog
     aside.emplace(*unread);
   }
   Solution solution;
-  follow(scene.schedule, largest, error, solver, progress, solution);
+  follow(scene.schedule, largest, has_forces(scene.full), error, solver, progress, solution);
   solver.settle(scene.full);
   solution.levels = solver.work();
   solution.timings = solver.timings();

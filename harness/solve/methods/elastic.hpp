@@ -26,8 +26,9 @@ public:
 
   /// Makes the hierarchy of the image and loads it; displacement is the extended conditions. Both must
   /// outlive this object. Throws InputError where no condition holds the sheet (require_held). Where
-  /// observations pull with springs the session has the way from the extended conditions for displacement,
-  /// and for its load what is left of their residual, which is made once and then followed.
+  /// observations pull with springs, or the level has forces, the session has the way from the extended
+  /// conditions for displacement, and for its load what is left of their residual, which is made once and
+  /// then followed.
   ElasticSolver(const Level& full, const ElasticModel& model, ElasticSession& session);
   /// A sheet that is held by `springs`, at rest where pull() says; empty springs: none, so conditions must
   /// hold the sheet. It makes the hierarchy and loads it once, for any number of pull(), before which there
