@@ -1,7 +1,7 @@
 #include "harness/check/faults/trial.hpp"
 
-#include "backends/session/shapes.hpp"
 #include "backends/pieces/cut.hpp"
+#include "backends/session/shapes.hpp"
 #include "harness/check/cases.hpp"
 #include "harness/check/faults/faulty_backend.hpp"
 #include "harness/scene/level_sequence.hpp"
