@@ -82,7 +82,24 @@ void make_factories();
 [[nodiscard]] Pixels read_pixels_here(const std::filesystem::path& file);
 
 /// Throws InputError where there are none, or more than can be read.
+void require_reasonable_number(const std::filesystem::path& file, double values);
 void require_reasonable_number(const std::filesystem::path& file, const Geometry& geometry);
+
+/// The first three rows of a matrix from voxels to millimetres, in NIfTI's RAS.
+using Matrix = std::array<std::array<double, 4>, 3>;
+/// Its columns and its origin, in LPS.
+struct Frame {
+  std::array<Placement::Vector, 3> columns{};
+  Placement::Vector origin{};
+};
+/// NIfTI's axes lead to the right and to the front, ITK's to the left and to the back. `unit`: millimetres.
+[[nodiscard]] Frame lps_of(const Matrix& matrix, double unit = 1.0);
+[[nodiscard]] double length_of(const Placement::Vector& vector);
+/// Lets the pixels of an image of so many `axes` lie where the frame says. `sides`: of a pixel, millimetres,
+/// as something else says them, which is taken where the frame differs by rounding alone. Throws InputError,
+/// which names the `source` of the frame, for a direction of no length.
+void place(const std::filesystem::path& file, const Frame& frame, const std::array<double, 3>& sides,
+           std::size_t axes, std::string_view source, Geometry& geometry);
 
 /// Whether a file is NIfTI's, by its name and its header. Throws InputError where it is of its forerunner.
 [[nodiscard]] bool is_nifti(const std::filesystem::path& file);

@@ -80,8 +80,9 @@ void write_colours(const std::filesystem::path& file, Extent extent, const SiteC
 
 } // namespace
 
-void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing,
-                        const Placement& placement, const std::optional<FileGrid>& grid, Mapping mapping) {
+images::Pixels physical_displacement(const std::filesystem::path& file, const VectorField& displacement,
+                                     double spacing, const Placement& placement,
+                                     const std::optional<FileGrid>& grid) {
   const Extent sites = displacement.extent;
   validate(displacement, sites, "the displacement to write");
   images::Geometry geometry = geometry_of(file, sites, 3, spacing, placement);
@@ -104,6 +105,12 @@ void write_displacement(const std::filesystem::path& file, const VectorField& di
       values.push_back(with_zero_positive(component));
     }
   });
+  return {geometry, std::move(values)};
+}
+
+void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing,
+                        const Placement& placement, const std::optional<FileGrid>& grid, Mapping mapping) {
+  auto [geometry, values] = physical_displacement(file, displacement, spacing, placement, grid);
   if (images::is_transform(file)) {
     images::write_transform(file, geometry, values);
     return;
