@@ -145,7 +145,7 @@ void place(GivenImage& image, const std::array<double, 3>& sides, bool are_of_he
 /// Turns every vector from RAS to LPS, or back. None gets a -0.
 void turn(std::vector<float>& values, std::size_t components) {
   for (std::size_t i = 0; i < values.size(); ++i) {
-    values[i] = i % components < 2 ? 0.0F - values[i] : values[i];
+    values[i] = i % components < 2 ? images::with_zero_positive(-values[i]) : values[i];
   }
 }
 

@@ -5,6 +5,7 @@
 #include "harness/scene/method.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
+#include "kernels/data/interruption.hpp"
 
 #include <fmt/format.h>
 
@@ -22,7 +23,7 @@ struct Interrupted {};
 /// Lets Python handle its signals, and not more often than a person notices.
 class Signals {
 public:
-  void operator()(double /*share*/) {
+  void operator()() {
     using namespace std::chrono_literals;
     const auto now = std::chrono::steady_clock::now();
     if (now - last_ < 20ms) {
@@ -65,19 +66,22 @@ Found find(Asked& asked, const std::function<Scene(ScheduleOverrides&)>& load, P
   }
   Found found;
   found.scene = load_to_solve(asked.schedule, is_asked, [&] { return load(asked.schedule); });
-  progress.advance(0.0);
+  may_end_here();
   const Request request = parse_request(asked.accuracy, asked.within, found.scene.spacing);
   const auto registry = make_backends();
   const Backend& backend = choose_backend(registry, asked.backend, found.scene);
   found.device = backend.device(asked.session);
   found.answer = solve_request(found.scene, request, backend, asked.session, progress);
   const Solution& solution = found.answer.solution();
+  may_end_here();
   if (const std::string absurd = why_absurd(found.scene, solution); !absurd.empty()) {
     throw std::runtime_error(fmt::format("NO RESULT: {}; look for extreme moduli, targets or a huge "
                                          "--penalty, or take another --method",
                                          absurd));
   }
+  may_end_here();
   found.warnings = diagnose(found.scene, solution, found.answer.plan);
+  may_end_here();
   return found;
 }
 
@@ -144,8 +148,8 @@ const std::shared_ptr<const Backward>& Result::inverse() {
 void work_interruptibly(const std::function<void(Progress&)>& work) {
   try {
     const py::gil_scoped_release release;
-    Progress progress{std::function<void(double)>(Signals())};
-    progress.set_total(1.0); // until the work has one of its own
+    const Interruptible interruptible{Signals()};
+    Progress progress{std::function<void(double)>([](double) { may_end_here(); })};
     work(progress);
   } catch (const Interrupted&) {
     throw py::error_already_set();

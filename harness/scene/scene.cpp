@@ -8,6 +8,7 @@
 #include "harness/scene/toml_reader.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/input_error.hpp"
+#include "kernels/data/interruption.hpp"
 
 #include <fmt/format.h>
 #include <scene_texts.hpp>
@@ -197,6 +198,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   Level& full = scene.full;
   full.extent = content.modulus.values.empty() ? *size : content.modulus.extent;
   require_memory(full.extent, *scene.energy);
+  may_end_here();
   full.target = VectorField(full.extent);
   full.confidence = VectorField(full.extent);
   full.modulus = std::move(content.modulus);
@@ -211,6 +213,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
     read_spacing(reader, full.extent.axes(), takes_boxes, content);
   }
   scene.spacing = content.spacing;
+  may_end_here();
   scene.idle = apply_conditions(reader, content, scene.energy->is_of_cells(), full);
   std::ranges::move(content.idle, std::back_inserter(scene.idle));
   apply_points(reader, file.folder, options, content, scene);
@@ -225,10 +228,13 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   if (scene.extent().axes() == 3) {
     reader.read("integration", integration_names, scene.elastic.integration);
   }
+  may_end_here();
   read_schedule(reader, !options.size, scene);
   read_exact(reader, options, scene);
   reader.finish();
+  may_end_here();
   set_inverse_modulus(full);
+  may_end_here();
   set_energy_of_sites(scene);
   scene.picture = std::move(content.picture);
   validate(full);

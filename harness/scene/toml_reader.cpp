@@ -329,7 +329,7 @@ std::vector<TomlReader> TomlReader::tables(std::string_view key) {
   if (node == nullptr) {
     return readers;
   }
-  if (!node->is_array_of_tables()) {
+  if (!node->is_array_of_tables() && !(node->is_array() && node->as_array()->empty())) {
     fail(key, fmt::format("must be written as [[{}]]", key));
   }
   for (const toml::node& element : *node->as_array()) {

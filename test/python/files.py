@@ -52,8 +52,8 @@ def run(*words, status=0):
 
 def solved(folder, scene, *words):
     """The field that `run` writes of a scene, and its row of results."""
-    results = pathlib.Path(folder, "run.json")
-    run("run", scene, *words, "--no-pictures", "--output", folder, "--json", results)
-    row = json.loads(results.read_text())["results"][0]
-    field = read_nrrd(pathlib.Path(folder, row["field"]))
+    out = pathlib.Path(folder, "out")
+    run("run", scene, *words, "--no-pictures", "--output", out, "--json", out / "run.json")
+    row = json.loads((out / "run.json").read_text())["results"][0]
+    field = read_nrrd(out / row["field"])
     return (field[:, :, 0] if "depth" not in row else field), row

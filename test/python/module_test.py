@@ -97,8 +97,9 @@ class SameBits(InFolder):
         result = hdmbench.solve(labels, moduli, self.pairs, **options)
         self.same(result.displacement, expected)
         self.assertEqual((result.met, result.backend), (row["plan"]["met"], "scalar"))
-        expected, _ = self.command(labels, "--method", "full-multigrid", "--iterations", 3, *self.points(self.pairs))
-        same = hdmbench.solve(labels, moduli, self.pairs, method="full-multigrid", iterations=3)
+        expected, _ = self.command(labels, "--method", "full-multigrid", "--iterations", 3, *self.points(self.pairs),
+                                   spacing=(2, 2, 2))
+        same = hdmbench.solve(labels, moduli, self.pairs, method="full-multigrid", iterations=3, spacing=2)
         self.same(same.displacement, expected)
 
     def test_shipped_scenes(self):
@@ -133,8 +134,8 @@ class SameBits(InFolder):
         write_nrrd(self.folder / "modulus.nrrd", modulus, spacing=(1, 1, 1))
         (self.folder / "scene.toml").write_text(
             'energy = "elastic"\n[image]\nmodulus = "modulus.nrrd"\n[[condition]]\nwhere = "border"\noutward = 0.0\n')
-        expected, _ = solved(self.folder, self.folder / "scene.toml", *self.points(self.pairs))
-        self.same(hdmbench.solve(modulus=modulus, points=self.pairs).displacement, expected)
+        expected, _ = solved(self.folder, self.folder / "scene.toml", *self.points(self.pairs[:1]))
+        self.same(hdmbench.solve(modulus=modulus, points=self.pairs[:1]).displacement, expected)
 
 
 class InSpace(InFolder):
@@ -217,7 +218,6 @@ class Moved(InFolder):
         back = self.folder / "back.nrrd"
         words = self.points(SameBits.pairs) + ("--transform", back, "--warp", self.folder / "t1.nrrd")
         out = self.folder / "out"
-        out.mkdir()
         write_nrrd(self.folder / "labels.nrrd", labels, spacing=(1, 1.5, 2))
         run("run", self.folder / "labels.nrrd", "--tissues", self.folder / "tissues.toml", *words, "--no-pictures",
             "--output", out)
@@ -324,7 +324,7 @@ class Work(unittest.TestCase):
             sent = time.time()
             process.send_signal(signal.SIGINT)
             ended = process.stdout.readline().split()
-            process.wait()
+            process.communicate()
             self.assertEqual(ended[:1], ["ended"])
             self.assertLess(float(ended[1]) - sent, 1.0)
 

@@ -2,6 +2,7 @@
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
 #include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/interruption.hpp"
 
 #include <fmt/format.h>
 
@@ -200,6 +201,7 @@ Warnings diagnose(const Scene& scene, const Solution& solution, const std::optio
   Warnings warnings;
   if (is_inspected(scene.extent())) {
     warnings = diagnose(scene);
+    may_end_here();
     std::ranges::move(diagnose(scene, solution), std::back_inserter(warnings));
   }
   constexpr std::array of_methods{"no-estimate", "stalling-cycles", "long-pixels", "nearly-incompressible"};

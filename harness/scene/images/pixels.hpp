@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -130,6 +131,13 @@ using Keys = std::vector<std::pair<std::string, std::string>>;
 /// target and renamed. Throws InputError.
 void write_pixels(const std::filesystem::path& file, const Geometry& geometry, const Values& values,
                   const Keys& keys = {});
+
+/// Returns the value without the sign of a 0. Drivers differ in it, and files are compared byte by byte.
+[[nodiscard]] inline float with_zero_positive(double value) {
+  const auto stored = static_cast<float>(value);
+  // By its bits: compilers are told that the sign does not matter.
+  return std::bit_cast<std::uint32_t>(stored) == 0x80000000U ? 0.0F : stored;
+}
 
 /// Whether it is a file of ITK's transforms, by its name.
 [[nodiscard]] inline bool is_transform(const std::filesystem::path& file) {

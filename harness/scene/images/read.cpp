@@ -1,6 +1,7 @@
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/images/pixels.hpp"
 #include "harness/scene/sites.hpp"
+#include "kernels/data/interruption.hpp"
 #include "kernels/data/level.hpp"
 
 #include <algorithm>
@@ -80,6 +81,7 @@ Stored read_pixels(const std::filesystem::path& file, const ReadOptions& options
   const images::Pixels of_file = options.in_memory == nullptr ? images::read_pixels(file) : images::Pixels{};
   const images::Pixels& pixels = options.in_memory == nullptr ? of_file : *options.in_memory;
   images::require_reasonable_number(file, pixels.geometry);
+  may_end_here();
   const auto& [size, spacing, origin, axes, components, stated] = pixels.geometry;
   require_possible_place(file, pixels.geometry);
   if (is_vector ? components != 2 && components != 3 : components != 1) {

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
@@ -20,13 +19,6 @@ namespace {
 using images::unwritable;
 
 constexpr const char* forward_mapping = "forward: tissue at x moves to x + d(x)";
-
-/// Drivers differ in the sign of 0, and files are compared byte by byte. By its bits: compilers are told that
-/// the sign does not matter.
-float with_zero_positive(double value) {
-  const auto stored = static_cast<float>(value);
-  return std::bit_cast<std::uint32_t>(stored) == 0x80000000U ? 0.0F : stored;
-}
 
 images::Geometry geometry_of(const std::filesystem::path& file, Extent extent, std::size_t components,
                              double spacing, const Placement& placement) {
@@ -102,7 +94,7 @@ images::Pixels physical_displacement(const std::filesystem::path& file, const Ve
                         : displacement[axis][sites.index(x, y, z)]);
     }
     for (const double component : placement.vector(way[0], way[1], way[2])) {
-      values.push_back(with_zero_positive(component));
+      values.push_back(images::with_zero_positive(component));
     }
   });
   return {geometry, std::move(values)};
