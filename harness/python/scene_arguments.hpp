@@ -10,7 +10,7 @@
 /// The arguments of solve() and verify() that say which scene.
 namespace hdmbench::python {
 
-/// As Python gives them; None is what is not said.
+/// What Python gives; None is what is not said.
 struct SceneArguments {
   py::object labels, tissues, points, targets, confidence, modulus, spacing, affine, scene, size, conditions;
 };

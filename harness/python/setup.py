@@ -26,4 +26,11 @@ class BuildByCMake(build_ext):
         shutil.copy(built, target)
 
 
-setup(ext_modules=[Extension("hdmbench._hdmbench", sources=[])], cmdclass={"build_ext": BuildByCMake})
+# Nothing is left among the sources.
+made = project / "build" / "pip"
+made.mkdir(parents=True, exist_ok=True)
+setup(
+    ext_modules=[Extension("hdmbench._hdmbench", sources=[])],
+    cmdclass={"build_ext": BuildByCMake},
+    options={"build": {"build_base": str(made)}, "egg_info": {"egg_base": str(made)}},
+)

@@ -53,6 +53,7 @@ def run(*words, status=0):
 def solved(folder, scene, *words):
     """The field that `run` writes of a scene, and its row of results."""
     out = pathlib.Path(folder, "out")
+    out.mkdir(exist_ok=True)
     run("run", scene, *words, "--no-pictures", "--output", out, "--json", out / "run.json")
     row = json.loads((out / "run.json").read_text())["results"][0]
     field = read_nrrd(out / row["field"])

@@ -1,6 +1,8 @@
 """`import hdmbench` against the command line: the same bits for the same scene, whatever the array looks like."""
 
+import importlib.util
 import inspect
+import os
 import pathlib
 import re
 import signal
@@ -285,7 +287,7 @@ class Refused(InFolder):
         wrong = np.full((12, 11, 10, 3), np.nan)
         self.refuse(ValueError, "must be finite", **some, targets=wrong, confidence=labels * 0)
         self.refuse(ValueError, "no effect here", scene="square", affine=np.eye(4))
-        self.refuse(ValueError, "cannot have", **some, conditions=[{"where": "left", "dx": 0, "colour": 3}])
+        self.refuse(ValueError, "colour is not a key", **some, conditions=[{"where": "left", "dx": 0, "colour": 3}])
         result = hdmbench.solve(**some, points=SameBits.pairs)
         with self.assertRaisesRegex(ValueError, "give its affine or its spacing"):
             result.warp(np.zeros((3, 3, 3)))
@@ -337,6 +339,23 @@ class Work(unittest.TestCase):
         rows = hdmbench.verify("circular", ["openmp"], size=20)
         self.assertEqual({row["verdict"] for row in rows}, {"agree"})
         self.assertGreater(rows[0]["sites_compared"], 1000)
+
+
+class Packed(InFolder):
+    def test_pip_installs_offline(self):
+        if importlib.util.find_spec("pip") is None:
+            self.skipTest("pip (python3-pip) is not installed")
+        source = pathlib.Path(__file__).resolve().parents[2] / "harness" / "python"
+        # The build folder whose module is tested: its parts are not compiled again.
+        environment = {**os.environ, "HDMBENCH_BUILD_FOLDER": str(pathlib.Path(hdmbench.__file__).parents[2])}
+        words = ["--quiet", "--no-build-isolation", "--no-index", "--no-deps", "--target", self.folder, source]
+        subprocess.run([sys.executable, "-m", "pip", "install", *words], env=environment, check=True)
+        environment["PYTHONPATH"] = str(self.folder)
+        said = subprocess.run([sys.executable, "-c", "import hdmbench; print(hdmbench.__file__, hdmbench.__version__)"],
+                              env=environment, capture_output=True, text=True, check=True).stdout
+        self.assertEqual(said.split(), [str(self.folder / "hdmbench" / "__init__.py"), hdmbench.__version__])
+        (version,) = re.findall(r'^version = "(.*)"', (source / "pyproject.toml").read_text(), re.M)
+        self.assertEqual(version, hdmbench.__version__)
 
 
 class Described(unittest.TestCase):

@@ -62,7 +62,7 @@ struct ReadOptions {
   /// Whether pixels that are no squares, or voxels that are no cubes, may stay what they are, where `size`
   /// and `spacing` do not say other ones: then Placement::aspect has their sides.
   bool takes_boxes = false;
-  /// Of vectors: they are physical, millimetres along the axes of the space as write_displacement writes
+  /// Vectors are physical then, millimetres along the axes of the space as write_displacement writes
   /// them, and become pixels of this side along the image's rows and columns. None: they are as they are.
   std::optional<double> physical_side{};
   const images::Pixels* in_memory = nullptr; ///< the image itself; `file` is then its name in messages alone
