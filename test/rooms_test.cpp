@@ -23,7 +23,7 @@ constexpr std::array rooms{
     Room{"harness/check/", 12},        Room{"harness/check/faults/", 13}, Room{"harness/measure/", 14},
     Room{"harness/judge/", 15},        Room{"harness/report/", 16},       Room{"harness/tools/", 17},
     Room{"harness/web/", 18},          Room{"harness/ranks/", 19},        Room{"harness/cli/", 20},
-    Room{"harness/itk/", 21},
+    Room{"harness/itk/", 21},          Room{"harness/python/", 22},
 };
 
 /// Arrows that the heights would allow and that are wrong all the same: what is built without the other.

@@ -15,7 +15,7 @@ constexpr float held_gently = 0.1F; // confidence of what is smoothed before it 
 constexpr float held_outside = 0.99F;
 
 /// After full multigrid: what is left of the error is far below what noise does.
-constexpr int steps = 3;
+constexpr int gradient_steps = 3;
 
 struct Strain {
   double xx, yy, xy; ///< xy is the engineering shear
@@ -66,7 +66,7 @@ double energy_of_site(const VectorField& a, const VectorField& b, int x, int y, 
 
 VectorField solved(ElasticSolver& solver) {
   solver.full_multigrid();
-  for (int step = 0; step < steps && !solver.conjugate_gradients().ended; ++step) {
+  for (int step = 0; step < gradient_steps && !solver.conjugate_gradients().ended; ++step) {
   }
   return solver.displacement();
 }

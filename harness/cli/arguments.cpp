@@ -3,7 +3,7 @@
 #include "harness/ranks/message_passing.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/schedule_keys.hpp"
-#include "harness/solve/solve.hpp"
+#include "harness/solve/request.hpp"
 
 #include <unistd.h>
 
@@ -27,13 +27,6 @@ std::vector<std::string> schedule_names(const CLI::App& command, const std::vect
     }
   }
   return names;
-}
-
-/// "--start-level" of "start_level".
-static std::string option_of(std::string_view key) {
-  std::string name = fmt::format("--{}", key);
-  std::ranges::replace(name, '_', '-');
-  return name;
 }
 
 Options schedule_options(bool takes_energies) {
@@ -72,59 +65,10 @@ Options schedule_options(bool takes_energies) {
   return all;
 }
 
-const RegisteredEnergy*
-ScheduleOverrides::energy_to_be(const std::optional<std::string>& other_method) const {
-  const auto own_method = given.find("method");
-  if (energy != nullptr || (!other_method && own_method == given.end())) {
-    return energy;
-  }
-  return &energy_of(find_method(other_method ? *other_method : own_method->second));
-}
-
-void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& other_method) const {
-  if (energy != nullptr) {
-    use_energy(scene, *energy);
-  }
-  const auto own_method = given.find("method");
-  const bool has_method = other_method || own_method != given.end();
-  if (has_method) {
-    use_method(scene, find_method(other_method ? *other_method : own_method->second, energy));
-  }
-  if (scene.extent().axes() == 3 && !(takes_energies && scene.energy->takes_volumes)) {
-    throw InputError(fmt::format(
-        "{} is a volume, and {}", scene.name,
-        takes_energies
-            ? fmt::format("the {} energy takes images only; give --energy elastic", scene.energy->name)
-            : "this command takes images only"));
-  }
-  if (scene.energy->is_of_cells() && !takes_energies) {
-    throw InputError(fmt::format("{} would have the {} energy, which this command does not know; run, "
-                                 "verify, bench, tradeoff and accuracy do",
-                                 scene.name, scene.energy->name));
-  }
-  if (given.contains("poisson") && !scene.energy->is_of_cells() && !meets_truths) {
-    throw InputError(
-        "--poisson has no effect here: the thesis's energy has no Poisson's ratio; give --energy "
-        "elastic, or leave it out");
-  }
-  require_memory(scene.extent(), *scene.energy);
-  scene.exact = scene.exact && !has_method && energy == nullptr;
-  for (const ScheduleKey& key : schedule_keys()) {
-    if (const auto value = given.find(key.name); value != given.end()) {
-      try {
-        set_key(scene, key, value->second);
-      } catch (const InputError& error) {
-        throw InputError(fmt::format("{} {}: {}", option_of(key.name), value->second, error.what()));
-      }
-      scene.exact = scene.exact && key.keeps_exactness; // the file vouches for nothing else
-    }
-  }
-  scene.exact = scene.exact && scene.full.update != Update::sequential;
-}
-
-std::string ScheduleOverrides::text(const std::optional<std::string>& other_method) const {
-  std::string result = energy == nullptr ? "" : fmt::format(" --energy {}", energy->name);
-  for (const auto& [key, value] : given) {
+std::string schedule_words(const ScheduleOverrides& schedule,
+                           const std::optional<std::string>& other_method) {
+  std::string result = schedule.energy == nullptr ? "" : fmt::format(" --energy {}", schedule.energy->name);
+  for (const auto& [key, value] : schedule.given) {
     if (key != "method" || !other_method) {
       result += fmt::format(" {} {}", option_of(key), shell_word(value));
     }
@@ -200,12 +144,7 @@ void require_same_scenes(const Call& call, std::span<const Scene> scenes) {
 
 const Backend& choose_backend(const Call& call, const std::vector<std::unique_ptr<Backend>>& registry,
                               const Scene& scene) {
-  const Backend& found = find_backend(registry, call[option::backend]);
-  if (!found.supports(scene.full.update)) {
-    throw InputError(
-        fmt::format("{} cannot update as {} wants; use --backend scalar", found.name(), method_name(scene)));
-  }
-  return found;
+  return hdmbench::choose_backend(registry, call[option::backend], scene);
 }
 
 std::string session_words(const SessionOptions& session) {
@@ -228,9 +167,9 @@ std::string repeat_line(const Call& call, const Scene& scene, std::string_view b
   // It chooses sizes only for bench, and one is given.
   const char* const quick = call[option::quick] && call.command->get_name() != "bench" ? " --quick" : "";
   return fmt::format("{} --backends {}{}{}{}", line, backend, session_words(session), quick,
-                     call.schedule.text(call[option::methods].empty()
-                                            ? std::nullopt
-                                            : std::optional(scene.schedule.method)));
+                     schedule_words(call.schedule, call[option::methods].empty()
+                                                       ? std::nullopt
+                                                       : std::optional(scene.schedule.method)));
 }
 
 std::optional<Scene> load_unless_missing(std::string_view name, bool is_needed,
@@ -360,33 +299,6 @@ Extent parse_size(const std::string& text) {
 
 std::optional<Extent> parse_any_size(const std::string& text) {
   return text.empty() ? std::nullopt : std::optional(parse_size(text));
-}
-
-/// A number above 0 with a unit, in the unit that stands for 1. Throws InputError that ends in
-/// `what_to_give`.
-static double parse_quantity(const std::string& text, const std::map<std::string_view, double>& units,
-                             const std::string& what_to_give) {
-  double value = 0.0;
-  const char* const end = text.data() + text.size();
-  const auto number = std::from_chars(text.data(), end, value);
-  const auto unit = units.find({number.ptr, static_cast<std::size_t>(end - number.ptr)});
-  if (number.ec != std::errc{} || !std::isfinite(value) || value <= 0.0 || unit == units.end()) {
-    throw InputError(fmt::format("\"{}\" is not understood; give {}", text, what_to_give));
-  }
-  return value * unit->second;
-}
-
-double parse_pixels(const std::string& text, std::optional<double> spacing) {
-  std::map<std::string_view, double> units{{"", 1.0}, {"px", 1.0}};
-  if (spacing) {
-    units["mm"] = 1.0 / *spacing;
-  }
-  return parse_quantity(
-      text, units, fmt::format("pixels above 0, as 0.35px{}", spacing ? ", or millimetres, as 0.1mm" : ""));
-}
-
-double parse_seconds(const std::string& text) {
-  return parse_quantity(text, {{"", 1.0}, {"s", 1.0}, {"ms", 1e-3}}, "a time above 0, as 10ms or 2s");
 }
 
 std::string beside(const std::filesystem::path& results, const std::filesystem::path& folder,

@@ -10,6 +10,7 @@
 #include "harness/scene/names.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/solve/progress.hpp"
+#include "harness/solve/request.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -127,6 +128,10 @@ choose_backends(const Call& call, const std::vector<std::unique_ptr<Backend>>& r
 
 /// " --device 1 --threads 2" as far as they were given.
 [[nodiscard]] std::string session_words(const SessionOptions& session);
+/// The arguments that a schedule was given, each with a space before it: " --iterations 5"; with
+/// `other_method` in place of the one given, where there is one.
+[[nodiscard]] std::string schedule_words(const ScheduleOverrides& schedule,
+                                         const std::optional<std::string>& other_method = std::nullopt);
 /// The command line that repeats what one backend did, with so many threads where that is above 0; where the
 /// scene has no source, with all others.
 [[nodiscard]] std::string repeat_line(const Call& call, const Scene& scene, std::string_view backend,
@@ -137,12 +142,6 @@ choose_backends(const Call& call, const std::vector<std::unique_ptr<Backend>>& r
 [[nodiscard]] Extent parse_size(const std::string& text);
 /// The same; none where `text` is empty.
 [[nodiscard]] std::optional<Extent> parse_any_size(const std::string& text);
-
-/// "0.2px" or "0.2": pixels, > 0; where it is known how many millimetres a pixel has, also "0.1mm". Throws
-/// InputError.
-[[nodiscard]] double parse_pixels(const std::string& text, std::optional<double> spacing = {});
-/// "10ms", "2s" or "2": seconds, > 0. Throws InputError.
-[[nodiscard]] double parse_seconds(const std::string& text);
 
 /// How the result file `results` names a file of `folder`; the bare name where there is no result file.
 [[nodiscard]] std::string beside(const std::filesystem::path& results, const std::filesystem::path& folder,

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "harness/scene/schedule_overrides.hpp"
+
 #include <CLI/CLI.hpp>
 #include <nlohmann/json.hpp>
 
@@ -17,8 +19,6 @@
 
 namespace hdmbench {
 class Ranks;
-struct RegisteredEnergy;
-struct Scene;
 struct SessionOptions;
 } // namespace hdmbench
 
@@ -28,25 +28,6 @@ namespace hdmbench::commands {
 
 /// The program ends with one of these.
 enum ExitStatus : int { success = 0, disagreement = 1, bad_input = 2 };
-
-/// What the user may change about every scene's schedule.
-struct ScheduleOverrides {
-  bool takes_energies = true; ///< whether the command knows others than the thesis's
-  bool meets_truths = false;  ///< whether finite elements stand beside a solution
-  bool takes_boxes = false; ///< whether the command knows pixels that are no squares (SceneOptions::as_cubes)
-  const RegisteredEnergy* energy = nullptr; ///< null: the scene's, or that of the method
-  /// "method", and the values of schedule_keys(), by their names.
-  std::map<std::string, std::string, std::less<>> given{};
-
-  /// Returns the energy that a scene will minimise for what was given; null: its own. Throws InputError.
-  [[nodiscard]] const RegisteredEnergy*
-  energy_to_be(const std::optional<std::string>& other_method = std::nullopt) const;
-  /// With `other_method` in place of the one given, where there is one. Throws InputError.
-  void apply(Scene& scene, const std::optional<std::string>& other_method = std::nullopt) const;
-  /// The arguments that were given, each with a space before it: " --iterations 5", with `other_method` as
-  /// above.
-  [[nodiscard]] std::string text(const std::optional<std::string>& other_method = std::nullopt) const;
-};
 
 /// A file that the command writes: require_outputs() looks at it before the command runs.
 struct OutputFile : std::filesystem::path {

@@ -157,7 +157,8 @@ void print_equal_accuracy(const json& equal) {
 std::string repeat(const Call& call, const Scene& scene, const Judged& row) {
   const std::string where = fmt::format("{} --size {}", shell_word(scene.source), scene.extent().text("x"));
   if (row.is_rival) {
-    return fmt::format("hdmbench tradeoff {} --methods {}{}", where, row.method, call.schedule.text());
+    return fmt::format("hdmbench tradeoff {} --methods {}{}", where, row.method,
+                       schedule_words(call.schedule));
   }
   const std::string how = row.asked ? fmt::format("--energy elastic --accuracy {}px --explain", *row.asked)
                                     : fmt::format("--method {} --iterations {}", row.method, *row.told);
@@ -166,7 +167,7 @@ std::string repeat(const Call& call, const Scene& scene, const Judged& row) {
     schedule.given["poisson"] = fmt::format("{}", *row.poisson_used);
   }
   return fmt::format("hdmbench run {} --backend {} {}{}{}", where, row.backend, how,
-                     row.backend == "scalar" ? "" : session_words(call.session()), schedule.text());
+                     row.backend == "scalar" ? "" : session_words(call.session()), schedule_words(schedule));
 }
 
 int run_tradeoff(Call& call) {

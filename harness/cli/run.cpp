@@ -12,7 +12,7 @@
 #include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/solve/methods/solver.hpp"
-#include "harness/solve/planner.hpp"
+#include "harness/solve/request.hpp"
 #include "harness/solve/solve.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/level.hpp"
@@ -60,16 +60,9 @@ bool asks(const Call& call) {
   return !call[accuracy].empty() || !call[within].empty();
 }
 
-/// Returns what is asked for of a scene whose pixels have sides of `spacing` millimetres. Throws InputError.
+/// What is asked for of a scene whose pixels have sides of `spacing` millimetres. Throws InputError.
 Request request_of(const Call& call, double spacing) {
-  Request wanted;
-  if (!call[accuracy].empty()) {
-    wanted.accuracy = parse_pixels(call[accuracy], spacing);
-  }
-  if (!call[within].empty()) {
-    wanted.seconds = parse_seconds(call[within]);
-  }
-  return wanted;
+  return parse_request(call[accuracy], call[within], spacing);
 }
 
 /// `counted`: whether solution.levels have counts of changes.
@@ -115,43 +108,10 @@ Sharing sharing_of(const Scene& scene, const Call& call) {
           .halo = call[halo]};
 }
 
-/// Throws InputError for a request with an energy, which `says` asks for, that does not come near to finite
-/// elements.
-void require_near_finite_elements(const RegisteredEnergy& energy, std::string_view says) {
-  if (energy.near == ReferenceSolution::finite_elements) {
-    return;
-  }
-  throw InputError(fmt::format(
-      "--accuracy and --within ask for a distance from finite elements, which the elastic energy comes near "
-      "and {0}'s does not, however long it is solved; {1} asks for {0}'s: give --energy "
-      "elastic, or --method and --iterations in place of --accuracy and --within",
-      energy.summary, says));
-}
-
 /// The scene, which a request solves with the energy that comes near to finite elements.
 Scene load_for(Call& call) {
   call.schedule.takes_boxes = true;
-  if (!asks(call) || call.schedule.energy != nullptr) {
-    return scene_of(call);
-  }
-  call.schedule.energy = &energy_near(ReferenceSolution::finite_elements);
-  Scene scene = scene_of(call);
-  if (scene.stated_energy != nullptr) {
-    require_near_finite_elements(*scene.stated_energy, scene.source);
-  }
-  return scene;
-}
-
-/// Throws InputError for a body that nothing holds, pulls or has moved: any displacement would do.
-void require_held(const Scene& scene) {
-  const auto is_free = [](float confidence) { return confidence == 0.0F; };
-  if (!scene.start && std::ranges::all_of(scene.full.confidence.planes, [&](const auto& plane) {
-        return std::ranges::all_of(plane, is_free);
-      })) {
-    throw InputError(fmt::format("the scene {} is held nowhere: no site has a displacement that is known, so "
-                                 "that any would do; give it a [[condition]] or a target",
-                                 scene.name));
-  }
+  return load_to_solve(call.schedule, asks(call), [&] { return scene_of(call); });
 }
 
 /// A request is a method of its own, so what belongs to another one has no meaning beside it. Throws
@@ -211,21 +171,6 @@ json plan_row(const Scene& scene, const Request& request, const Plan& plan) {
                                      step.extent));
   }
   return row;
-}
-
-/// Returns the warnings about the scene and its field; a plan has its error, by a method of its own.
-Warnings find_warnings(const Scene& scene, const Solution& solution, const std::optional<Plan>& plan) {
-  Warnings warnings;
-  if (is_inspected(scene.extent())) {
-    warnings = diagnose(scene);
-    std::ranges::move(diagnose(scene, solution), std::back_inserter(warnings));
-  }
-  constexpr std::array of_methods{"no-estimate", "stalling-cycles", "long-pixels", "nearly-incompressible"};
-  std::erase_if(warnings, [&](const Warning& warning) {
-    return plan && (std::ranges::count(of_methods, warning.kind) > 0 ||
-                    (plan->met && warning.kind == "not-converged"));
-  });
-  return warnings;
 }
 
 /// Prints what became of the pixels of the images of targets, and puts it into the row of the run; nothing of
@@ -433,28 +378,6 @@ void print_run(const Call& call, const Solved& solved, const json& by_rank, json
   print_result(solved, row);
 }
 
-/// What a scene was solved by: a plan where an accuracy or a time was asked for, else its own method.
-struct Answer {
-  std::optional<Plan> plan;
-  Solution unplanned;
-
-  [[nodiscard]] const Solution& solution() const { return plan ? plan->solution : unplanned; }
-};
-
-Answer solve(const Call& call, Scene& scene, const Request& request, const Backend& backend,
-             const SessionOptions& session, Progress& progress) {
-  require_held(scene);
-  progress.set_total(site_updates(scene));
-  progress.describe(fmt::format("run {} on {}", scene.name, backend.name()));
-  if (asks(call)) {
-    return {.plan = solve_as_needed(scene, request, backend, session, progress), .unplanned = {}};
-  }
-  return {.plan = {},
-          .unplanned =
-              Solver(backend, session)
-                  .solve(scene, progress, {.unread = &scene, .last_changed = is_inspected(scene.extent())})};
-}
-
 int run_scene(Call& call) {
   const Clock clock;
   json phases;
@@ -478,12 +401,12 @@ int run_scene(Call& call) {
   const Device device = backend.device(session);
   const std::vector<std::string> files = files_of(call, scene);
   const Clock solving;
-  const Answer answer = solve(call, scene, request, backend, session, progress);
+  const Answer answer = solve_request(scene, request, backend, session, progress);
   const Solution& solution = answer.solution();
   phases["solution_seconds"] = solving.seconds();
   phases["setup_seconds"] = solution.timings.projection + solution.timings.upload;
   const auto left_out = misses_left_out(call, scene.points.size(), [&](Scene& of) {
-    return solve(call, of, request, backend, session, progress).solution().displacement;
+    return solve_request(of, request, backend, session, progress).solution().displacement;
   });
   const json by_rank = ranks == nullptr ? json() : rows_of_ranks(call, registry, *shared, memory, *ranks);
   if (!call.speaks()) { // all ranks have the same field
@@ -504,7 +427,7 @@ int run_scene(Call& call) {
                       std::string(backend.name()),
                       device.name,
                       std::move(absurd),
-                      find_warnings(scene, solution, answer.plan),
+                      diagnose(scene, solution, answer.plan),
                       left_out};
   json row = row_of(solved);
   phases["diagnosis_seconds"] = diagnosing.seconds();

@@ -131,9 +131,7 @@ FilesOfRun::FilesOfRun(std::filesystem::path folder, std::vector<std::string> fi
   if (!transform_.empty()) {
     inverse_ = std::async(std::launch::async, [&, pixel] {
       const Clock clock;
-      const std::optional<VectorField> steps = in_steps(displacement, pixel);
-      Inverse inverse = invert(steps ? *steps : displacement);
-      to_lengths(inverse.displacement, pixel);
+      Inverse inverse = invert(displacement, pixel);
       write_displacement(transform_, inverse.displacement, scene.spacing, scene.placement, scene.oblong,
                          Mapping::backward);
       inverse.displacement = {};

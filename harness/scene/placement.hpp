@@ -11,6 +11,9 @@ namespace hdmbench {
 struct Placement {
   using Vector = std::array<double, 3>;
 
+  /// Returns the vector, whose axes point to the right, to the front and upwards (RAS), in LPS, and back.
+  [[nodiscard]] static Vector turned(const Vector& vector) { return {-vector[0], -vector[1], vector[2]}; }
+
   Vector origin{}; ///< centre of the first pixel
   /// Unit vectors along the rows, along the columns, and from one slice to the next: the columns of ITK's
   /// direction. The first two are perpendicular, of a volume all three.

@@ -103,6 +103,7 @@ void apply_points(TomlReader& scene, const std::filesystem::path& folder, const 
   if (!options.points.empty()) {
     take(read(options.points), 0.0);
   }
+  take(options.pairs, 0.0);
   FileConditions known{.target = {}, .confidence = {}};
   for (std::size_t number = 0; number < to.points.size(); ++number) {
     const KnownPoint& point = to.points[number];

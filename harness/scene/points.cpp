@@ -75,7 +75,7 @@ std::vector<double> numbers_of(const std::vector<std::string>& words, const fs::
 /// From Slicer's name of a space: LPS, or RAS, whose first two axes point the other way.
 Placement::Vector in_lps(Placement::Vector at, std::string_view space, const fs::path& file, int line) {
   if (space == "RAS" || space == "0") {
-    return {-at[0], -at[1], at[2]};
+    return Placement::turned(at);
   }
   if (space != "LPS" && space != "1") {
     throw wrong(file, line, fmt::format("the coordinate system \"{}\" is neither LPS nor RAS", space));
@@ -170,6 +170,28 @@ std::vector<PointPair> read_point_pairs(const fs::path& before, const fs::path& 
   return pairs;
 }
 
+PointPair point_pair(std::span<const double> numbers, std::string name) {
+  if (numbers.size() != 6 && numbers.size() != 7) {
+    throw InputError(fmt::format("has {} numbers; a point is x y z dx dy dz, and perhaps its deviation (mm)",
+                                 numbers.size()));
+  }
+  if (!std::ranges::all_of(numbers, [](double number) { return std::isfinite(number); })) {
+    throw InputError(fmt::format("point {} has a number that is not finite", name));
+  }
+  PointPair pair{.name = std::move(name)};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    pair.before[axis] = numbers[axis];
+    pair.after[axis] = numbers[axis] + numbers[axis + 3];
+  }
+  if (numbers.size() == 7) {
+    if (numbers[6] < 0.0) {
+      throw InputError(fmt::format("a deviation of {} mm is below 0", numbers[6]));
+    }
+    pair.deviation = numbers[6];
+  }
+  return pair;
+}
+
 std::vector<PointPair> read_point_pairs(const fs::path& file) {
   if (file.extension() == ".fcsv" || file.extension() == ".json") {
     throw InputError(
@@ -189,21 +211,10 @@ std::vector<PointPair> read_point_pairs(const fs::path& file) {
       continue;
     }
     const std::vector<double> values = numbers_of(words, file, number);
-    if (values.size() != 6 && values.size() != 7) {
-      throw wrong(file, number,
-                  fmt::format("has {} numbers; a point is x y z dx dy dz, and perhaps its deviation (mm)",
-                              values.size()));
-    }
-    PointPair& pair = pairs.emplace_back(PointPair{.name = std::to_string(pairs.size() + 1)});
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      pair.before[axis] = values[axis];
-      pair.after[axis] = values[axis] + values[axis + 3];
-    }
-    if (values.size() == 7) {
-      if (values[6] < 0.0) {
-        throw wrong(file, number, fmt::format("a deviation of {} mm is below 0", values[6]));
-      }
-      pair.deviation = values[6];
+    try {
+      pairs.push_back(point_pair(values, std::to_string(pairs.size() + 1)));
+    } catch (const InputError& error) {
+      throw wrong(file, number, error.what());
     }
   }
   if (pairs.empty()) {

@@ -6,6 +6,7 @@
 #include <array>
 #include <filesystem>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -28,6 +29,10 @@ struct PointPair {
 /// between: where it is before and how it moves, in LPS. "#" begins a comment; a first line of words is left
 /// out. Throws InputError with file and line.
 [[nodiscard]] std::vector<PointPair> read_point_pairs(const std::filesystem::path& file);
+
+/// The point that such a line tells of. Throws InputError for another count of numbers, one that is not
+/// finite, and a deviation below 0.
+[[nodiscard]] PointPair point_pair(std::span<const double> numbers, std::string name);
 
 /// A known displacement at a point of a scene.
 struct KnownPoint {

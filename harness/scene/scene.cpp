@@ -1,5 +1,6 @@
 #include "harness/scene/scene.hpp"
 
+#include "harness/scene/files.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/scene_content.hpp"
@@ -7,6 +8,7 @@
 #include "harness/scene/toml_reader.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/input_error.hpp"
+#include "kernels/data/interruption.hpp"
 
 #include <fmt/format.h>
 #include <scene_texts.hpp>
@@ -133,7 +135,7 @@ Content read_content(TomlReader& scene, TomlReader& image, const SceneText& file
                fmt::format("is no volume of {}; a whole head is one, with its file as head", size->text()));
   }
   if (scene.has("image")) {
-    return read_image_content(image, scene, file.folder, size, takes_boxes);
+    return read_image_content(image, scene, file, size, takes_boxes);
   }
   if (scene.has("brain")) {
     return read_brain_content(brain, scene, file.folder, size, options);
@@ -162,6 +164,17 @@ void read_spacing(TomlReader& scene, std::size_t axes, bool takes_boxes, Content
   }
 }
 
+/// call(), where a text that is no TOML is an InputError with the line.
+template <typename Call>
+auto with_line(const std::string& file, const Call& call) {
+  try {
+    return call();
+  } catch (const toml::parse_error& error) {
+    throw InputError(
+        fmt::format("{}:{}: {}", file, error.source().begin.line, std::string(error.description())));
+  }
+}
+
 Scene build(const toml::table& root, const SceneText& file, const SceneOptions& options) {
   TomlReader reader(root, file.file_name, "");
   Scene scene;
@@ -185,6 +198,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   Level& full = scene.full;
   full.extent = content.modulus.values.empty() ? *size : content.modulus.extent;
   require_memory(full.extent, *scene.energy);
+  may_end_here();
   full.target = VectorField(full.extent);
   full.confidence = VectorField(full.extent);
   full.modulus = std::move(content.modulus);
@@ -193,13 +207,14 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
     TomlReader random = reader.table("random");
     content = read_random_content(random, full, scene.start.emplace(full.extent));
   }
-  read_vector_images(image, file.folder, size, content, scene);
+  read_vector_images(image, file, size, content, scene);
   image.finish();
   content.knows_millimetres = reader.has("spacing") || reader.has("image") || reader.has("brain");
   if (!reader.has("image")) { // an image has seen it
     read_spacing(reader, full.extent.axes(), takes_boxes, content);
   }
   scene.spacing = content.spacing;
+  may_end_here();
   scene.idle = apply_conditions(reader, content, scene.energy->is_of_cells(), full);
   std::ranges::move(content.idle, std::back_inserter(scene.idle));
   apply_points(reader, file.folder, options, content, scene);
@@ -215,10 +230,13 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   if (scene.extent().axes() == 3) {
     reader.read("integration", integration_names, scene.elastic.integration);
   }
+  may_end_here();
   read_schedule(reader, !options.size, scene);
   read_exact(reader, options, scene);
   reader.finish();
+  may_end_here();
   set_inverse_modulus(full);
+  may_end_here();
   set_energy_of_sites(scene);
   scene.picture = std::move(content.picture);
   validate(full);
@@ -313,18 +331,40 @@ Scene load_scene(const std::string& scene, const SceneOptions& options) {
   const SceneText file = is_of_labels ? SceneText{path.stem().stem().string(),
                                                   options.tissues.string(),
                                                   options.tissues.parent_path(),
-                                                  {}}
+                                                  {},
+                                                  nullptr}
                                       : text_of(scene);
-  try {
+  return with_line(file.file_name, [&] {
     const toml::table root =
         is_of_labels ? scene_of_labels(path, options.tissues) : parse_toml(file.text, file.file_name);
     Scene result = build(root, file, options);
     result.source = scene;
     return result;
-  } catch (const toml::parse_error& error) {
-    throw InputError(fmt::format("{}:{}: {}", file.file_name, error.source().begin.line,
-                                 std::string(error.description())));
+  });
+}
+
+toml::table read_keys(const std::filesystem::path& file) {
+  return with_line(file.string(), [&] { return parse_toml(read_file(file), file.string()); });
+}
+
+Scene make_scene(GivenScene given, const SceneOptions& options) {
+  toml::table& root = given.keys;
+  if (!given.images.empty()) {
+    if (root.contains("image")) {
+      throw InputError(
+          fmt::format("{}: is a scene of its own, with an [image], and its images are given", given.file));
+    }
+    toml::table names;
+    for (const auto& [key, pixels] : given.images) {
+      names.insert(key, key);
+    }
+    if (given.images.contains("target")) {
+      names.insert("target_unit", "mm");
+    }
+    root.insert("image", std::move(names));
   }
+  add_usual_keys(root);
+  return build(root, {given.name, given.file, given.folder, {}, &given}, options);
 }
 
 } // namespace hdmbench

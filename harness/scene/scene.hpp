@@ -135,6 +135,7 @@ struct SceneOptions {
   std::optional<int> slice{};      ///< of that orientation; none: the one that shows most of the brain
   std::filesystem::path tissues{}; ///< of a scene that is an image of labels, as of scene_of_labels()
   std::vector<std::filesystem::path> points{}; ///< more than the file's own, as of apply_points()
+  std::vector<PointPair> pairs{};              ///< the same, read already
   std::optional<std::size_t> idle_point{};     ///< the one of Scene::points that does not act
   /// That it will minimise, whatever its file says; null: the file's. With the elastic energy, and without
   /// `size`, the pixels of an image stay rectangles and its voxels boxes (Level::sides), unless `as_cubes`.

@@ -219,6 +219,16 @@ void require_possible_displacement(const TomlReader& table, std::string_view key
   }
 }
 
+std::filesystem::path SceneText::image(TomlReader& table, std::string_view key, ReadOptions& options) const {
+  options.in_memory = nullptr;
+  if (given != nullptr) {
+    if (const auto found = given->images.find(key); found != given->images.end()) {
+      options.in_memory = &found->second;
+    }
+  }
+  return folder / table.get<std::string>(key);
+}
+
 SceneText text_of(const std::string& scene) {
   const auto* const shipped = std::ranges::find(scene_texts::all, scene, &scene_texts::Text::name);
   if (shipped != scene_texts::all.end()) {
@@ -255,11 +265,15 @@ toml::table scene_of_labels(const std::filesystem::path& labels, const std::file
                     tissues.string()));
   }
   root.insert("image", toml::table{{"labels", std::filesystem::absolute(labels).string()}});
+  add_usual_keys(root);
+  return root;
+}
+
+void add_usual_keys(toml::table& root) {
   root.insert("energy", "elastic");
   if (!root.contains("condition")) {
     root.insert("condition", toml::array{toml::table{{"where", "border"}, {"outward", 0.0}}});
   }
-  return root;
 }
 
 std::vector<std::filesystem::path> files_of_scene(const std::string& scene) {
@@ -292,14 +306,13 @@ std::vector<std::filesystem::path> files_of_scene(const std::string& scene) {
   return files;
 }
 
-Content read_image_content(TomlReader& image, TomlReader& scene, const std::filesystem::path& folder,
+Content read_image_content(TomlReader& image, TomlReader& scene, const SceneText& file,
                            std::optional<Extent> size, bool takes_boxes) {
   Content content;
   ReadOptions options{.size = size, .takes_volumes = true, .takes_boxes = takes_boxes};
   scene.read("spacing", options.spacing);
   content.stated_spacing = options.spacing;
   image.read("slice", options.slice);
-  const auto file = [&](std::string_view key) { return folder / image.get<std::string>(key); };
   const auto take_place = [&](const auto& found) {
     content.spacing = found.spacing;
     content.placement = found.placement;
@@ -310,7 +323,8 @@ Content read_image_content(TomlReader& image, TomlReader& scene, const std::file
     image.fail("labels", "or modulus: give exactly one of the two images");
   }
   if (image.has("labels")) {
-    auto labels = read_labels(file("labels"), options);
+    const std::filesystem::path labels_file = file.image(image, "labels", options);
+    auto labels = read_labels(labels_file, options);
     take_place(labels);
     const bool shown = !image.has("picture");
     const auto tissues = read_tissues(scene, shown);
@@ -318,14 +332,16 @@ Content read_image_content(TomlReader& image, TomlReader& scene, const std::file
     content.labels = std::move(labels.pixels);
     assign_tissues(scene, tissues, content, shown);
   } else {
-    auto modulus = read_scalar(file("modulus"), options);
+    const std::filesystem::path modulus_file = file.image(image, "modulus", options);
+    auto modulus = read_scalar(modulus_file, options);
     take_place(modulus);
     require_filled(image, "modulus", modulus.padded, modulus.pixels.extent);
     content.modulus = std::move(modulus.pixels);
     show_moduli(content.modulus, content);
   }
   if (image.has("picture")) {
-    auto picture = read_scalar(file("picture"), options);
+    const std::filesystem::path picture_file = file.image(image, "picture", options);
+    auto picture = read_scalar(picture_file, options);
     require_same_grid(image, "picture", picture.grid, content.grid);
     content.picture = std::move(picture.pixels);
     std::optional<Pair> range;

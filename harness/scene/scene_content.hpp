@@ -1,5 +1,7 @@
 #pragma once
 
+#include "harness/scene/given_scene.hpp"
+#include "harness/scene/images/images.hpp"
 #include "harness/scene/placement.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/scene/toml_reader.hpp"
@@ -31,12 +33,17 @@ struct Content {
   std::vector<std::string> idle{}; ///< as of Scene
 };
 
-/// A scene file that is shipped or on the disk.
+/// A scene file that is shipped or on the disk, or what is in memory in place of one.
 struct SceneText {
   std::string name;
   std::string file_name;        ///< for messages
   std::filesystem::path folder; ///< of the files that it names
   std::string text;
+  const GivenScene* given = nullptr; ///< where its images may be; null: in files
+
+  /// Returns the file that `key` of [image] names. `options` get its pixels where they are in memory.
+  [[nodiscard]] std::filesystem::path image(TomlReader& table, std::string_view key,
+                                            ReadOptions& options) const;
 };
 /// `scene` as load_scene takes it. Throws MissingFile, and InputError where the file cannot be read.
 [[nodiscard]] SceneText text_of(const std::string& scene);
@@ -55,11 +62,14 @@ void require_same_grid(const TomlReader& table, std::string_view key, const File
 /// have, of a size whose square leaves a 32-bit float soon. One that is not finite is found later.
 void require_possible_displacement(const TomlReader& table, std::string_view key, double displacement);
 
-/// [image]: labels or moduli, and a picture; files are looked for in `folder`. `size` and `takes_boxes` as in
-/// ReadOptions; the scene's `spacing` is that of the pixels before.
-[[nodiscard]] Content read_image_content(TomlReader& image, TomlReader& scene,
-                                         const std::filesystem::path& folder, std::optional<Extent> size,
-                                         bool takes_boxes);
+/// Puts into a scene of labels what it is to have where it says nothing else: energy = "elastic", and the
+/// border held where it is.
+void add_usual_keys(toml::table& root);
+
+/// [image]: labels or moduli, and a picture of the scene `file`. `size` and `takes_boxes` as in ReadOptions;
+/// the scene's `spacing` is that of the pixels before.
+[[nodiscard]] Content read_image_content(TomlReader& image, TomlReader& scene, const SceneText& file,
+                                         std::optional<Extent> size, bool takes_boxes);
 
 /// [brain]: a slice of a 3-D brain, classified, or a whole head; only that needs no size.
 [[nodiscard]] Content read_brain_content(TomlReader& brain, TomlReader& scene,
@@ -75,10 +85,10 @@ void require_possible_displacement(const TomlReader& table, std::string_view key
 /// machine: a 64-bit Mersenne twister and no library distribution.
 [[nodiscard]] Content read_random_content(TomlReader& table, Level& level, VectorField& start);
 
-/// Images of target displacement (pixels) and confidence, before the built-in conditions, and of the
-/// displacement to begin with, on the pixels of the file that `content` was made of; from there they are
-/// carried to the sites.
-void read_vector_images(TomlReader& image, const std::filesystem::path& folder, std::optional<Extent> size,
+/// Images of target displacement (pixels, or millimetres) and confidence, before the built-in conditions, and
+/// of the displacement to begin with, on the pixels of the file that `content` was made of; from there they
+/// are carried to the sites.
+void read_vector_images(TomlReader& image, const SceneText& file, std::optional<Extent> size,
                         const Content& content, Scene& scene);
 
 /// Applies the [[condition]] tables of a scene to level.target and level.confidence in order, later ones over
@@ -97,10 +107,10 @@ void read_vector_images(TomlReader& image, const std::filesystem::path& folder, 
 [[nodiscard]] std::vector<std::string> apply_loads(TomlReader& scene, const Content& content,
                                                    const RegisteredEnergy& energy, Level& level);
 
-/// Adds the [[points]] of a scene, whose files are looked for in `folder`, and those of options.points (none,
-/// a file of pairs, or one of before and one of after) to scene.points, and lets all but options.idle_point
-/// act after the conditions: what is certain prescribes the sites around it so that the field between them
-/// has it; a deviation is a spring on them, beside those that are there.
+/// Adds the [[points]] of a scene, whose files are looked for in `folder`, those of options.points (none, a
+/// file of pairs, or one of before and one of after) and options.pairs to scene.points, and lets all but
+/// options.idle_point act after the conditions: what is certain prescribes the sites around it so that the
+/// field between them has it; a deviation is a spring on them, beside those that are there.
 void apply_points(TomlReader& scene, const std::filesystem::path& folder, const SceneOptions& options,
                   const Content& content, Scene& to);
 

@@ -86,6 +86,7 @@ const std::array known_keys{
     Key{"image", "picture"},
     Key{"image", "picture_range", "it belongs to a picture"},
     Key{"image", "target"},
+    Key{"image", "target_unit", "it belongs to a target"},
     Key{"image", "confidence"},
     Key{"image", "deviation", of_elastic},
     Key{"image", "start", of_hdm},
@@ -334,7 +335,7 @@ std::vector<TomlReader> TomlReader::tables(std::string_view key) {
   if (node == nullptr) {
     return readers;
   }
-  if (!node->is_array_of_tables()) {
+  if (!node->is_array_of_tables() && !(node->is_array() && node->as_array()->empty())) {
     fail(key, fmt::format("must be written as [[{}]]", key));
   }
   for (const toml::node& element : *node->as_array()) {
@@ -360,8 +361,9 @@ void TomlReader::finish() const {
 void TomlReader::fail(std::string_view key, std::string_view message) const {
   const toml::node* node = table_.get(key);
   const auto line = (node != nullptr ? *node : static_cast<const toml::node&>(table_)).source().begin.line;
+  const std::string at = line > 0 ? fmt::format(":{}", line) : ""; // what is made in memory has no lines
   throw InputError(
-      fmt::format("{}:{}: {}{}{} {}", file_, line, where_, where_.empty() ? "" : " ", key, message));
+      fmt::format("{}{}: {}{}{} {}", file_, at, where_, where_.empty() ? "" : " ", key, message));
 }
 
 } // namespace hdmbench

@@ -6,19 +6,25 @@
 
 #include <fmt/format.h>
 
+#include <array>
 #include <cmath>
 #include <utility>
 
 namespace hdmbench {
 
-void read_vector_images(TomlReader& image, const std::filesystem::path& folder, std::optional<Extent> size,
+void read_vector_images(TomlReader& image, const SceneText& file, std::optional<Extent> size,
                         const Content& content, Scene& scene) {
+  bool is_physical = false;
   const auto read = [&](std::string_view key, bool as_stored) {
-    Image<VectorField> found =
-        read_vector(folder / image.get<std::string>(key), {.size = as_stored ? std::nullopt : size,
-                                                           .spacing = content.stated_spacing,
-                                                           .takes_volumes = true,
-                                                           .as_stored = as_stored});
+    ReadOptions options{.size = as_stored ? std::nullopt : size,
+                        .spacing = content.stated_spacing,
+                        .takes_volumes = true,
+                        .as_stored = as_stored};
+    if (is_physical && key == "target") {
+      options.physical_side = content.spacing;
+    }
+    const std::filesystem::path vectors = file.image(image, key, options);
+    Image<VectorField> found = read_vector(vectors, options);
     require_same_grid(image, key, found.grid, content.grid);
     return std::move(found.pixels);
   };
@@ -47,6 +53,7 @@ void read_vector_images(TomlReader& image, const std::filesystem::path& folder, 
     image.fail("deviation", "cannot stand beside confidence");
   }
   if (image.has("target")) {
+    image.read("target_unit", std::array<std::string_view, 2>{"pixels", "mm"}, is_physical);
     const char* const certainty = has_deviation ? "deviation" : "confidence";
     FileConditions known{.target = read("target", true),
                          .confidence = read(certainty, true),

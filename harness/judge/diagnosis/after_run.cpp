@@ -2,11 +2,14 @@
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
 #include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/interruption.hpp"
 
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <iterator>
 #include <utility>
 
 namespace hdmbench {
@@ -192,6 +195,21 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
     check_elastic_rest(scene, solution, warnings);
   }
   return without_what_is_given(std::move(warnings), scene);
+}
+
+Warnings diagnose(const Scene& scene, const Solution& solution, const std::optional<Plan>& plan) {
+  Warnings warnings;
+  if (is_inspected(scene.extent())) {
+    warnings = diagnose(scene);
+    may_end_here();
+    std::ranges::move(diagnose(scene, solution), std::back_inserter(warnings));
+  }
+  constexpr std::array of_methods{"no-estimate", "stalling-cycles", "long-pixels", "nearly-incompressible"};
+  std::erase_if(warnings, [&](const Warning& warning) {
+    return plan && (std::ranges::count(of_methods, warning.kind) > 0 ||
+                    (plan->met && warning.kind == "not-converged"));
+  });
+  return warnings;
 }
 
 } // namespace hdmbench

@@ -3,6 +3,7 @@
 #include "harness/applications/picture.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/scene/scene.hpp"
+#include "harness/solve/planner.hpp"
 #include "harness/solve/solve.hpp"
 
 #include <cstddef>
@@ -35,6 +36,11 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Warning, kind, message, advice, sites)
 
 /// What the field itself says, `solution` being the scene's: again the work of a few sweeps.
 [[nodiscard]] Warnings diagnose(const Scene& scene, const Solution& solution);
+
+/// Both of these for a scene that is_inspected(); of a field that a plan has made, whose error it knows by a
+/// method of its own, without what is said of methods.
+[[nodiscard]] Warnings diagnose(const Scene& scene, const Solution& solution,
+                                const std::optional<Plan>& plan);
 
 inline constexpr std::string_view fold_over = "fold-over";
 

@@ -1,6 +1,7 @@
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/images/pixels.hpp"
 #include "harness/scene/sites.hpp"
+#include "kernels/data/interruption.hpp"
 
 #include <itkBinaryFillholeImageFilter.h>
 #include <itkBinaryShapeKeepNObjectsImageFilter.h>
@@ -220,7 +221,9 @@ BrainSlice read_head(const std::filesystem::path& brain, const std::filesystem::
     };
     auto other = std::async(std::launch::async, read, head);
     const auto [inner, in_brain] = read(brain);
+    may_end_here();
     const auto [outer, in_head] = other.get();
+    may_end_here();
     if (const std::string difference = difference_between(inner.grid, outer.grid, head.string());
         !difference.empty()) {
       throw unusable(brain, fmt::format("it {}", difference));

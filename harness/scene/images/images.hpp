@@ -21,6 +21,10 @@
 /// number of components.
 namespace hdmbench {
 
+namespace images {
+struct Pixels; // harness/scene/images/pixels.hpp
+}
+
 [[nodiscard]] bool have_images();
 
 /// To be called first in main(). From then on ITK reads every image file in a process of its own: this
@@ -58,6 +62,10 @@ struct ReadOptions {
   /// Whether pixels that are no squares, or voxels that are no cubes, may stay what they are, where `size`
   /// and `spacing` do not say other ones: then Placement::aspect has their sides.
   bool takes_boxes = false;
+  /// Vectors are physical then, millimetres along the axes of the space as write_displacement writes
+  /// them, and become pixels of this side along the image's rows and columns. None: they are as they are.
+  std::optional<double> physical_side{};
+  const images::Pixels* in_memory = nullptr; ///< the image itself; `file` is then its name in messages alone
 };
 /// InputError where a pixel is not an integer.
 [[nodiscard]] Image<LabelField> read_labels(const std::filesystem::path& file,
@@ -69,8 +77,7 @@ struct ReadOptions {
 /// nothing is rescaled.
 [[nodiscard]] Image<VectorField> read_vector(const std::filesystem::path& file,
                                              const ReadOptions& options = {});
-/// A physical displacement in millimetres, as write_displacement writes it: back in pixels along the image's
-/// rows and columns. Two or three components.
+/// A physical displacement in millimetres (ReadOptions::physical_side) in the image's own pixels.
 [[nodiscard]] Image<VectorField> read_displacement(const std::filesystem::path& file,
                                                    bool takes_volumes = false);
 
@@ -124,6 +131,12 @@ enum class Mapping {
 void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing,
                         const Placement& placement = {}, const std::optional<FileGrid>& grid = {},
                         Mapping mapping = Mapping::forward);
+/// Returns what write_displacement() writes: where the pixels lie, and their vectors, millimetres. Throws
+/// InputError, which names the `file`, for pixels without a size.
+[[nodiscard]] images::Pixels physical_displacement(const std::filesystem::path& file,
+                                                   const VectorField& displacement, double spacing,
+                                                   const Placement& placement,
+                                                   const std::optional<FileGrid>& grid);
 /// Throws InputError where write_displacement() could not write a field of this extent by that name.
 void require_displacement_name(const std::filesystem::path& file, Extent extent);
 
@@ -206,6 +219,8 @@ inline constexpr double inverse_is_met = 0.01; ///< pixels
 /// Inverts x + d(x), linear between sites and moved as the border is beyond them. Where several points land
 /// at a site it takes one of them. Throws InputError where the displacement is not finite. Needs no ITK.
 [[nodiscard]] Inverse invert(const VectorField& displacement);
+/// The same of pixels of these sides (Level::sides), whose shortest one is the unit of the displacement.
+[[nodiscard]] Inverse invert(const VectorField& displacement, const std::array<double, 3>& pixel);
 
 /// Writes the image, on its own pixels, as `transform` moves it: what is at p is what the image has at
 /// p + d(p), in the patient's space, and 0 where it has nothing; the displacement d is that of the file, as

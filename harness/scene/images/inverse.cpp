@@ -147,4 +147,11 @@ Inverse invert(const VectorField& displacement) {
   return inverse;
 }
 
+Inverse invert(const VectorField& displacement, const std::array<double, 3>& pixel) {
+  const std::optional<VectorField> steps = in_steps(displacement, pixel);
+  Inverse inverse = invert(steps ? *steps : displacement);
+  to_lengths(inverse.displacement, pixel);
+  return inverse;
+}
+
 } // namespace hdmbench

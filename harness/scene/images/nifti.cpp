@@ -20,27 +20,12 @@ using Header = std::unique_ptr<nifti_1_header, decltype(&std::free)>;
 using Stream = std::unique_ptr<gzFile_s, int (*)(gzFile)>;
 using Details = std::unique_ptr<nifti_image, decltype(&nifti_image_free)>;
 
-/// The columns of a matrix from voxels to millimetres, and the origin, in NIfTI's RAS or here in LPS.
-struct Frame {
-  std::array<Placement::Vector, 3> columns{};
-  Placement::Vector origin{};
-};
-
-/// NIfTI's axes lead to the right and to the front, ITK's to the left and to the back.
-Frame lps_of(const mat44& matrix, double unit) {
-  Frame frame;
-  for (std::size_t row = 0; row < 3; ++row) {
-    const double turned = row < 2 ? -unit : unit;
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      frame.columns[axis][row] = turned * double{matrix.m[row][axis]} + 0.0;
-    }
-    frame.origin[row] = turned * double{matrix.m[row][3]} + 0.0;
+Matrix matrix_of(const mat44& stored) {
+  Matrix matrix{};
+  for (std::size_t row = 0; row < matrix.size(); ++row) {
+    std::copy_n(stored.m[row], matrix[row].size(), matrix[row].begin());
   }
-  return frame;
-}
-
-double length_of(const Placement::Vector& vector) {
-  return std::hypot(vector[0], vector[1], vector[2]);
+  return matrix;
 }
 
 /// The most that the places of a voxel lie apart, in voxels.
@@ -94,7 +79,7 @@ void require_possible_header(const std::filesystem::path& file, const nifti_1_he
 }
 
 /// Where the voxels lie by the header's sform, else by its qform, as nibabel, FSL and SPM have it.
-void place(const std::filesystem::path& file, const nifti_image& details, Geometry& geometry) {
+void place_by_header(const std::filesystem::path& file, const nifti_image& details, Geometry& geometry) {
   const double unit = millimetres_of(file, details.xyz_units);
   const std::array<double, 3> sides{details.dx * unit, details.dy * unit, details.dz * unit};
   if (details.sform_code <= 0 && details.qform_code <= 0) {
@@ -106,30 +91,11 @@ void place(const std::filesystem::path& file, const nifti_image& details, Geomet
     geometry.stated = Stated::sides;
     return;
   }
-  const Frame by_sform = lps_of(details.sto_xyz, unit);
-  const Frame by_qform = lps_of(details.qto_xyz, unit);
+  const Frame by_sform = lps_of(matrix_of(details.sto_xyz), unit);
+  const Frame by_qform = lps_of(matrix_of(details.qto_xyz), unit);
   const bool has_sform = details.sform_code > 0;
   const Frame& frame = has_sform ? by_sform : by_qform;
-  geometry.origin = frame.origin;
-  const std::size_t axes = details.ndim < 3 ? 2 : 3;
-  for (std::size_t axis = 0; axis < axes; ++axis) {
-    const double length = length_of(frame.columns[axis]);
-    if (!std::isfinite(length) || !(length > 0.0)) {
-      throw unreadable(file, fmt::format("its header has a zero or non-finite direction of axis {} ({})",
-                                         axis + 1, has_sform ? "sform" : "qform"));
-    }
-    // A header has the side twice, the second time with the rounding of the direction.
-    constexpr double rounding = 1e-5;
-    geometry.spacing[axis] = std::abs(length - sides[axis]) <= rounding * sides[axis] ? sides[axis] : length;
-    for (std::size_t row = 0; row < 3; ++row) {
-      geometry.axes[axis][row] = frame.columns[axis][row] / length;
-    }
-  }
-  if (axes == 2) { // a pixel without a depth of its own
-    const auto& [x, y, z] = geometry.axes;
-    geometry.spacing[2] = geometry.spacing[0];
-    geometry.axes[2] = {x[1] * y[2] - x[2] * y[1], x[2] * y[0] - x[0] * y[2], x[0] * y[1] - x[1] * y[0]};
-  }
+  place(file, frame, sides, details.ndim < 3 ? 2 : 3, has_sform ? "sform" : "qform", geometry);
   if (has_sform && details.qform_code > 0) {
     if (const double apart = farthest_apart(by_sform, by_qform, geometry.size); !(apart <= 0.1)) {
       remark(file, fmt::format("its sform and its qform say different places, up to {:.3g} voxels apart: the "
@@ -270,7 +236,7 @@ Pixels read_nifti(const std::filesystem::path& file) {
   geometry.components = is_colour ? static_cast<std::size_t>(details->nbyper)
                                   : static_cast<std::size_t>(at_least_one(details->nu));
   require_reasonable_number(file, geometry);
-  place(file, *details, geometry);
+  place_by_header(file, *details, geometry);
   require_pixels_behind_header(file, *header);
   const auto width = is_colour ? std::size_t{1} : static_cast<std::size_t>(details->nbyper);
   pixels.values = values_of(file, details->datatype,

@@ -159,14 +159,6 @@ itk::ImageIOBase::Pointer recognise(const std::filesystem::path& file) {
   return *found;
 }
 
-void require_reasonable_number(const std::filesystem::path& file, double values) {
-  constexpr double most_values = 1 << 30; // 4 GiB as float
-  if (!(values >= 1.0 && values <= most_values)) {
-    throw unreadable(file,
-                     fmt::format("its header promises {} values, 1 to {} can be read", values, most_values));
-  }
-}
-
 /// ImageFileReader would drop the axes past the third without a word.
 void require_reasonable(const std::filesystem::path& file, const itk::ImageIOBase& format, bool apart) {
   double values = format.GetNumberOfComponents();
@@ -261,14 +253,6 @@ std::string own_words(const itk::ExceptionObject& error) {
     words.erase(0, words.find(": ", last) + 2);
   }
   return words;
-}
-
-void require_reasonable_number(const std::filesystem::path& file, const Geometry& geometry) {
-  double values = static_cast<double>(geometry.components);
-  for (const int size : geometry.size) {
-    values *= size;
-  }
-  require_reasonable_number(file, values);
 }
 
 namespace {

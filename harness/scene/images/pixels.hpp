@@ -9,6 +9,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -82,7 +83,24 @@ void make_factories();
 [[nodiscard]] Pixels read_pixels_here(const std::filesystem::path& file);
 
 /// Throws InputError where there are none, or more than can be read.
+void require_reasonable_number(const std::filesystem::path& file, double values);
 void require_reasonable_number(const std::filesystem::path& file, const Geometry& geometry);
+
+/// The first three rows of a matrix from voxels to millimetres, in NIfTI's RAS.
+using Matrix = std::array<std::array<double, 4>, 3>;
+/// Its columns and its origin, in LPS.
+struct Frame {
+  std::array<Placement::Vector, 3> columns{};
+  Placement::Vector origin{};
+};
+/// NIfTI's axes lead to the right and to the front, ITK's to the left and to the back. `unit`: millimetres.
+[[nodiscard]] Frame lps_of(const Matrix& matrix, double unit = 1.0);
+[[nodiscard]] double length_of(const Placement::Vector& vector);
+/// Lets the pixels of an image of so many `axes` lie where the frame says. `sides`: of a pixel, millimetres,
+/// as something else says them, which is taken where the frame differs by rounding alone. Throws InputError,
+/// which names the `source` of the frame, for a direction of no length.
+void place(const std::filesystem::path& file, const Frame& frame, const std::array<double, 3>& sides,
+           std::size_t axes, std::string_view source, Geometry& geometry);
 
 /// Whether a file is NIfTI's, by its name and its header. Throws InputError where it is of its forerunner.
 [[nodiscard]] bool is_nifti(const std::filesystem::path& file);
@@ -113,6 +131,13 @@ using Keys = std::vector<std::pair<std::string, std::string>>;
 /// target and renamed. Throws InputError.
 void write_pixels(const std::filesystem::path& file, const Geometry& geometry, const Values& values,
                   const Keys& keys = {});
+
+/// Returns the value without the sign of a 0. Drivers differ in it, and files are compared byte by byte.
+[[nodiscard]] inline float with_zero_positive(double value) {
+  const auto stored = static_cast<float>(value);
+  // By its bits: compilers are told that the sign does not matter.
+  return std::bit_cast<std::uint32_t>(stored) == 0x80000000U ? 0.0F : stored;
+}
 
 /// Whether it is a file of ITK's transforms, by its name.
 [[nodiscard]] inline bool is_transform(const std::filesystem::path& file) {

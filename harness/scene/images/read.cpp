@@ -1,6 +1,7 @@
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/images/pixels.hpp"
 #include "harness/scene/sites.hpp"
+#include "kernels/data/interruption.hpp"
 #include "kernels/data/level.hpp"
 
 #include <algorithm>
@@ -77,7 +78,10 @@ struct Stored {
 /// One slice of a file, or the volume, one field per component: one, or of a vector two or three.
 Stored read_pixels(const std::filesystem::path& file, const ReadOptions& options, bool is_vector) {
   const std::optional<int> slice = options.slice;
-  const images::Pixels pixels = images::read_pixels(file);
+  const images::Pixels of_file = options.in_memory == nullptr ? images::read_pixels(file) : images::Pixels{};
+  const images::Pixels& pixels = options.in_memory == nullptr ? of_file : *options.in_memory;
+  images::require_reasonable_number(file, pixels.geometry);
+  may_end_here();
   const auto& [size, spacing, origin, axes, components, stated] = pixels.geometry;
   require_possible_place(file, pixels.geometry);
   if (is_vector ? components != 2 && components != 3 : components != 1) {
@@ -260,8 +264,31 @@ Image<ScalarField> read_scalar(const std::filesystem::path& file, const ReadOpti
   return with_pixels(image, std::move(image.pixels.front()));
 }
 
+namespace {
+
+/// Turns physical vectors into pixels of this side, millimetres, along the image's axes.
+Image<VectorField> along_axes(const Image<std::vector<ScalarField>>& image, double side) {
+  Image<VectorField> result = with_pixels(image, VectorField(image.pixels[0].extent));
+  const auto& axes = image.placement.axes;
+  for (std::size_t site = 0; site < result.pixels[0].size(); ++site) {
+    for (std::size_t axis = 0; axis < result.pixels.extent.axes(); ++axis) {
+      double along = 0.0;
+      for (std::size_t i = 0; i < image.pixels.size(); ++i) {
+        along += axes[axis][i] * double{image.pixels[i].values[site]};
+      }
+      result.pixels[axis][site] = static_cast<float>(along / side);
+    }
+  }
+  return result;
+}
+
+} // namespace
+
 Image<VectorField> read_vector(const std::filesystem::path& file, const ReadOptions& options) {
   auto image = read_fitted(file, options, true);
+  if (options.physical_side) {
+    return along_axes(image, *options.physical_side);
+  }
   VectorField field;
   field.extent = image.pixels[0].extent;
   for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
@@ -272,18 +299,7 @@ Image<VectorField> read_vector(const std::filesystem::path& file, const ReadOpti
 
 Image<VectorField> read_displacement(const std::filesystem::path& file, bool takes_volumes) {
   const auto image = read_fitted(file, {.takes_volumes = takes_volumes}, true);
-  Image<VectorField> result = with_pixels(image, VectorField(image.pixels[0].extent));
-  const auto& axes = image.placement.axes;
-  for (std::size_t site = 0; site < result.pixels[0].size(); ++site) {
-    for (std::size_t axis = 0; axis < result.pixels.extent.axes(); ++axis) {
-      double along = 0.0;
-      for (std::size_t i = 0; i < image.pixels.size(); ++i) {
-        along += axes[axis][i] * double{image.pixels[i].values[site]};
-      }
-      result.pixels[axis][site] = static_cast<float>(along / image.spacing);
-    }
-  }
-  return result;
+  return along_axes(image, image.spacing);
 }
 
 } // namespace hdmbench

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 #include <cmath>
 #include <cstdint>
 #include <fstream>
@@ -20,13 +19,6 @@ namespace {
 using images::unwritable;
 
 constexpr const char* forward_mapping = "forward: tissue at x moves to x + d(x)";
-
-/// Drivers differ in the sign of 0, and files are compared byte by byte. By its bits: compilers are told that
-/// the sign does not matter.
-float with_zero_positive(double value) {
-  const auto stored = static_cast<float>(value);
-  return std::bit_cast<std::uint32_t>(stored) == 0x80000000U ? 0.0F : stored;
-}
 
 images::Geometry geometry_of(const std::filesystem::path& file, Extent extent, std::size_t components,
                              double spacing, const Placement& placement) {
@@ -80,8 +72,9 @@ void write_colours(const std::filesystem::path& file, Extent extent, const SiteC
 
 } // namespace
 
-void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing,
-                        const Placement& placement, const std::optional<FileGrid>& grid, Mapping mapping) {
+images::Pixels physical_displacement(const std::filesystem::path& file, const VectorField& displacement,
+                                     double spacing, const Placement& placement,
+                                     const std::optional<FileGrid>& grid) {
   const Extent sites = displacement.extent;
   validate(displacement, sites, "the displacement to write");
   images::Geometry geometry = geometry_of(file, sites, 3, spacing, placement);
@@ -101,9 +94,15 @@ void write_displacement(const std::filesystem::path& file, const VectorField& di
                         : displacement[axis][sites.index(x, y, z)]);
     }
     for (const double component : placement.vector(way[0], way[1], way[2])) {
-      values.push_back(with_zero_positive(component));
+      values.push_back(images::with_zero_positive(component));
     }
   });
+  return {geometry, std::move(values)};
+}
+
+void write_displacement(const std::filesystem::path& file, const VectorField& displacement, double spacing,
+                        const Placement& placement, const std::optional<FileGrid>& grid, Mapping mapping) {
+  auto [geometry, values] = physical_displacement(file, displacement, spacing, placement, grid);
   if (images::is_transform(file)) {
     images::write_transform(file, geometry, values);
     return;

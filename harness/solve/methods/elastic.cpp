@@ -9,6 +9,7 @@
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
+#include "kernels/data/interruption.hpp"
 #include "kernels/data/modulus.hpp"
 
 #include <Eigen/Cholesky>
@@ -53,7 +54,9 @@ ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, Elast
     load(timed(timings_.projection, [&] { return make_elastic_hierarchy(full, model, springs); }));
   };
   load_sheet(Springs::none); // what the hierarchy is made with has gone when the next field comes
+  may_end_here();
   start_ = timed(timings_.projection, [&] { return extended_conditions(full); });
+  may_end_here();
   timed(timings_.upload, [&] { session_.write(0, ElasticField::displacement, start_); });
   if (!sprung_) {
     start_ = VectorField(); // the session has it, and in large images its 8 bytes a site count
@@ -114,6 +117,7 @@ void ElasticSolver::pull(VectorField start, const VectorField& forces_there) {
 }
 
 void ElasticSolver::load(ElasticHierarchy hierarchy) {
+  may_end_here();
   work_.clear();
   for (const ElasticLevel& level : hierarchy.levels) {
     work_.push_back({.level = static_cast<int>(work_.size()), .extent = level.grid.sites});
@@ -128,6 +132,7 @@ void ElasticSolver::find_load() {
 }
 
 void ElasticSolver::take_correction() {
+  may_end_here();
   session_.advance(ElasticField::displacement, ElasticField::displacement, 1.0F, ElasticField::correction);
   if (sprung_) {
     forces(ElasticField::correction, ElasticField::image);
@@ -136,16 +141,19 @@ void ElasticSolver::take_correction() {
 }
 
 void ElasticSolver::relax(int level, ElasticField field) {
+  may_end_here();
   session_.relax(level, field);
   ++work_[static_cast<std::size_t>(level)].iterations;
 }
 
 void ElasticSolver::restrict_residual(int level, ElasticField field) {
+  may_end_here();
   session_.restrict_residual(level, field);
   ++work_[static_cast<std::size_t>(level)].residuals;
 }
 
 void ElasticSolver::forces(ElasticField of, ElasticField to) {
+  may_end_here();
   session_.forces(of, to);
   ++work_.front().residuals;
 }
@@ -153,6 +161,7 @@ void ElasticSolver::forces(ElasticField of, ElasticField to) {
 // A level's cycle has those of the next coarser one in it.
 // NOLINTNEXTLINE(misc-no-recursion)
 void ElasticSolver::improve(int level, ElasticField field, bool from_zero) {
+  may_end_here();
   if (level == coarsest()) {
     session_.solve_coarsest();
     return;
@@ -269,6 +278,7 @@ ElasticSolver::Step ElasticSolver::conjugate_gradients() {
 }
 
 VectorField ElasticSolver::displacement() const {
+  may_end_here();
   VectorField field;
   session_.read(0, ElasticField::displacement, field);
   if (sprung_) {

@@ -1,6 +1,7 @@
 #include "kernels/data/elastic/hierarchy.hpp"
 
 #include "kernels/data/elastic/set_up.hpp"
+#include "kernels/data/interruption.hpp"
 #include "kernels/data/modulus.hpp"
 
 #include <algorithm>
@@ -280,11 +281,13 @@ ElasticHierarchy hierarchy_of(const Level& full, const ElasticModel& model, cons
   } else {
     set_image_moments(image, full);
   }
+  may_end_here();
   CellKinds kinds; // of the last level
   if (spring_at != nullptr && full.extent.width > 1 && full.extent.height > 1) {
     kinds = add_springs(image, hierarchy, force_unit(full, model.poisson), *spring_at);
   }
   const auto respond = [&](ElasticLevel& level, bool is_image) {
+    may_end_here();
     if (is_volume) {
       const auto number = is_image ? 0 : static_cast<int>(hierarchy.levels.size());
       const std::array<int, 3> cells = level.grid.cells().sides();
@@ -305,6 +308,7 @@ ElasticHierarchy hierarchy_of(const Level& full, const ElasticModel& model, cons
     ElasticLevel level = empty_level(
         {sites.width / 2 + 1, sites.height / 2 + 1, is_volume ? sites.depth / 2 + 1 : 1}, is_volume ? 23 : 6);
     is_volume ? set_volume_parents(level, fine) : set_parent_moments(level, fine);
+    may_end_here();
     const Prescribed* const of_fine = is_image || is_volume ? &prescribed : nullptr;
     std::optional<Prescribed> coarse;
     if (is_volume) {
@@ -313,6 +317,7 @@ ElasticHierarchy hierarchy_of(const Level& full, const ElasticModel& model, cons
     CellKinds coarse_kinds =
         is_volume ? kinds_of<3>(level.grid.cells(), fine.grid, of_fine, &*coarse, level.grid, kinds)
                   : kinds_of<2>(level.grid.cells(), fine.grid, of_fine, nullptr, level.grid, kinds);
+    may_end_here();
     set_masked_cells(level, coarse_kinds,
                      [&](int x, int y, int z) { return galerkin(hierarchy, fine, kinds, of_fine, x, y, z); });
     if (coarse) {

@@ -1,0 +1,200 @@
+#include "harness/python/result.hpp"
+
+#include "backends/registry.hpp"
+#include "harness/judge/diagnosis/diagnosis.hpp"
+#include "harness/scene/method.hpp"
+#include "harness/solve/stopwatch.hpp"
+#include "kernels/data/input_error.hpp"
+#include "kernels/data/interruption.hpp"
+
+#include <fmt/format.h>
+
+#include <chrono>
+#include <stdexcept>
+#include <utility>
+
+namespace hdmbench::python {
+
+namespace {
+
+/// Python has raised something, which its thread keeps.
+struct Interrupted {};
+
+/// Lets Python handle its signals, and not more often than a person notices.
+class Signals {
+public:
+  void operator()() {
+    using namespace std::chrono_literals;
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last_ < 20ms) {
+      return;
+    }
+    last_ = now;
+    const py::gil_scoped_acquire gil;
+    if (PyErr_CheckSignals() != 0) {
+      throw Interrupted{};
+    }
+  }
+
+private:
+  std::chrono::steady_clock::time_point last_{};
+};
+
+py::object residuals_of(const Scene& scene, const VectorField& displacement) {
+  std::vector<double> misses;
+  for (const KnownPoint& point : scene.points) {
+    misses.push_back(residual_at(point, displacement) * scene.spacing);
+  }
+  return py::array_t<double>(static_cast<py::ssize_t>(misses.size()), misses.data());
+}
+
+/// What is found out without the GIL.
+struct Found {
+  Scene scene;
+  Answer answer;
+  Warnings warnings;
+  Device device;
+  images::Pixels physical;
+};
+
+Found find(Asked& asked, const std::function<Scene(ScheduleOverrides&)>& load, Progress& progress) {
+  const bool is_asked = !asked.accuracy.empty() || !asked.within.empty();
+  (void)parse_request(asked.accuracy, asked.within, 1.0);
+  if (is_asked && asked.schedule.energy != nullptr) {
+    require_near_finite_elements(*asked.schedule.energy,
+                                 fmt::format("--energy {}", asked.schedule.energy->name));
+  }
+  Found found;
+  found.scene = load_to_solve(asked.schedule, is_asked, [&] { return load(asked.schedule); });
+  may_end_here();
+  const Request request = parse_request(asked.accuracy, asked.within, found.scene.spacing);
+  const auto registry = make_backends();
+  const Backend& backend = choose_backend(registry, asked.backend, found.scene);
+  found.device = backend.device(asked.session);
+  found.answer = solve_request(found.scene, request, backend, asked.session, progress);
+  const Solution& solution = found.answer.solution();
+  may_end_here();
+  if (const std::string absurd = why_absurd(found.scene, solution); !absurd.empty()) {
+    throw std::runtime_error(fmt::format("NO RESULT: {}; look for extreme moduli, targets or a huge "
+                                         "--penalty, or take another --method",
+                                         absurd));
+  }
+  may_end_here();
+  found.warnings = diagnose(found.scene, solution, found.answer.plan);
+  may_end_here();
+  return found;
+}
+
+} // namespace
+
+images::Pixels Field::physical() const {
+  return physical_displacement("displacement", displacement, spacing, placement, oblong);
+}
+
+void Field::save(const std::string& file) const {
+  require_displacement_name(file, displacement.extent);
+  write_displacement(file, displacement, spacing, placement, oblong, mapping);
+}
+
+py::array Backward::warp(const py::object& picture, bool are_labels, const py::object& spacing,
+                         const py::object& affine) const {
+  if (!have_images()) {
+    throw InputError("this hdmbench was built without image support, which moves pictures");
+  }
+  GivenImage given = given_image("image", picture, spacing, affine);
+  images::Pixels transform = field.physical();
+  if (given.geometry.stated == Stated::nothing) {
+    if (given.geometry.size != transform.geometry.size) {
+      throw InputError(
+          fmt::format("image: has {} x {} x {} pixels, the displacement {} x {} x {}; say where it "
+                      "lies: give its affine or its spacing",
+                      given.geometry.size[0], given.geometry.size[1], given.geometry.size[2],
+                      transform.geometry.size[0], transform.geometry.size[1], transform.geometry.size[2]));
+    }
+    given.geometry = transform.geometry;
+    given.geometry.components = 1;
+  }
+  const auto axes = static_cast<std::size_t>(given.array.ndim());
+  images::Pixels pixels = pixels_of(given);
+  images::require_reasonable_number("image", pixels.geometry);
+  {
+    const py::gil_scoped_release release;
+    images::resample(transform, are_labels, pixels);
+  }
+  const py::array moved = array_of(std::move(pixels), axes, Space::lps);
+  return are_labels ? py::array(moved.attr("astype")(given.array.dtype())) : moved;
+}
+
+const std::shared_ptr<const Backward>& Result::inverse() {
+  if (backward == nullptr) {
+    auto made = std::make_shared<Backward>(Backward{.field = field});
+    images::Pixels physical;
+    {
+      const py::gil_scoped_release release;
+      Inverse inverse = invert(field.displacement, field.placement.aspect);
+      made->field.displacement = std::move(inverse.displacement);
+      made->field.mapping = Mapping::backward;
+      made->unmet = inverse.unmet;
+      made->farthest = inverse.farthest;
+      made->at = inverse.at;
+      physical = made->field.physical();
+    }
+    made->displacement = array_of(std::move(physical), field.axes, field.space);
+    backward = std::move(made);
+  }
+  return backward;
+}
+
+void work_interruptibly(const std::function<void(Progress&)>& work) {
+  try {
+    const py::gil_scoped_release release;
+    const Interruptible interruptible{Signals()};
+    Progress progress{std::function<void(double)>([](double) { may_end_here(); })};
+    work(progress);
+  } catch (const Interrupted&) {
+    throw py::error_already_set();
+  }
+}
+
+std::unique_ptr<Result> solve(Asked asked, const std::function<Scene(ScheduleOverrides&)>& load, Space space,
+                              std::optional<std::size_t> axes) {
+  const Clock clock;
+  auto result = std::make_unique<Result>();
+  Found found;
+  work_interruptibly([&](Progress& progress) {
+    found = find(asked, load, progress);
+    const Solution& solution = found.answer.solution();
+    result->field = {.displacement = solution.displacement,
+                     .spacing = found.scene.spacing,
+                     .placement = found.scene.placement,
+                     .oblong = found.scene.oblong,
+                     .space = space,
+                     .axes = axes.value_or(found.scene.extent().axes())};
+    found.physical = result->field.physical();
+  });
+  const Solution& solution = found.answer.solution();
+  result->scene = found.scene.name;
+  result->energy = found.scene.energy->name;
+  result->method = found.answer.plan ? "as needed" : method_name(found.scene);
+  result->backend = asked.backend;
+  result->device = found.device.name;
+  result->largest = largest_component(solution.displacement) * found.scene.spacing;
+  result->estimate = solution.estimated_error;
+  if (found.answer.plan) {
+    result->met = found.answer.plan->met;
+    result->outcome = found.answer.plan->outcome;
+  }
+  result->timings = solution.timings;
+  result->residuals = residuals_of(found.scene, solution.displacement);
+  result->warnings = object_of(nlohmann::json(found.warnings));
+  result->affine = affine_of(found.physical.geometry, space);
+  result->displacement = array_of(std::move(found.physical), result->field.axes, space);
+  result->seconds = clock.seconds();
+  return result;
+}
+
+py::object object_of(const nlohmann::json& rows) {
+  return py::module_::import("json").attr("loads")(rows.dump());
+}
+
+} // namespace hdmbench::python
