@@ -108,12 +108,12 @@ TEST_F(Points, ThatAreCertainAreMetBetweenTheSites) {
   }
 }
 
-/// A spring on a site is that of a condition there; what is held stays.
+/// A spring at a site of 2 mm weighs as 1 mm^3 of its 8; what is held stays.
 TEST_F(Points, WithADeviationAreSprings) {
   (void)write("pairs.txt", "90 -42 13 1 0 0\n100 -50 7 1 0 0\n");
   const Scene scene = load("[[points]]\nfile = \"pairs.txt\"\ndeviation = 1\n");
   const std::size_t site = scene.extent().index(5, 3, 4);
-  EXPECT_EQ(scene.full.confidence[0][site], 0.8F); // a deviation of half a pixel
+  EXPECT_EQ(scene.full.confidence[0][site], 1.0F / 3.0F); // a deviation of half a pixel: 4 / 8 of its modulus
   EXPECT_EQ(scene.full.target[0][site], -0.5F);
   EXPECT_EQ(scene.full.target[0][0], 0.0F);
   EXPECT_EQ(scene.full.confidence[0][0], 1.0F);
