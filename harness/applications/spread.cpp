@@ -31,39 +31,87 @@ double point_over_voxel(const Scene& scene) {
   return ratio;
 }
 
-/// A stress at random: its covariance is the elasticity of Young's modulus 1, isotropic, in plane stress of
-/// two axes. Whatever Poisson's ratio, the root of the covariance is that of its part without change of size
-/// and of the rest.
-class RandomStress {
+/// Forces at random on the corners of a cell of modulus 1, whose covariance is the stiffness of the cell.
+/// Fewer draws than components, as motions without strain have no force.
+class CellForces {
 public:
-  RandomStress(std::size_t axes, double poisson) : axes_(axes), shear_(0.5 / (1.0 + poisson)) {
-    const auto count = static_cast<double>(axes);
-    const double lame =
-        axes == 3 ? 2.0 * shear_ * poisson / (1.0 - 2.0 * poisson) : 2.0 * shear_ * poisson / (1.0 - poisson);
-    of_size_ = std::sqrt(2.0 * shear_ + count * lame);
-  }
-
-  /// Returns the symmetric stress, MPa for a modulus of 1 MPa.
-  std::array<std::array<double, 3>, 3> operator()(NormalDraws& random) const {
-    std::array<std::array<double, 3>, 3> stress{};
-    double mean = 0.0;
-    for (std::size_t i = 0; i < axes_; ++i) {
-      stress[i][i] = random();
-      mean += stress[i][i] / static_cast<double>(axes_);
+  CellForces(std::size_t axes, double poisson, const std::array<double, 3>& sides)
+      : axes_(axes), size_(axes << axes) {
+    std::vector<double> matrix = stiffness(poisson, sides);
+    double largest = 0.0;
+    for (std::size_t row = 0; row < size_; ++row) {
+      largest = std::max(largest, matrix[row * size_ + row]);
     }
-    for (std::size_t i = 0; i < axes_; ++i) {
-      stress[i][i] = std::sqrt(2.0 * shear_) * (stress[i][i] - mean) + of_size_ * mean;
-      for (std::size_t j = 0; j < i; ++j) {
-        stress[i][j] = stress[j][i] = std::sqrt(shear_) * random();
+    for (std::size_t column = 0; column < size_; ++column) { // Cholesky's factor, column by column
+      const double pivot = matrix[column * size_ + column];
+      if (pivot <= 1e-12 * largest) {
+        continue; // what is before it says already how it moves
+      }
+      std::vector<double>& factor = factors_.emplace_back(size_, 0.0);
+      for (std::size_t row = column; row < size_; ++row) {
+        factor[row] = matrix[row * size_ + column] / std::sqrt(pivot);
+      }
+      for (std::size_t row = column; row < size_; ++row) {
+        for (std::size_t other = column; other < size_; ++other) {
+          matrix[row * size_ + other] -= factor[row] * factor[other];
+        }
       }
     }
-    return stress;
+  }
+
+  /// Draws the component `axis` of corner c at axes * c + axis; bit a of a corner is its end along axis a.
+  void operator()(NormalDraws& random, std::array<double, 24>& forces) const {
+    forces.fill(0.0);
+    for (const std::vector<double>& factor : factors_) {
+      const double drawn = random();
+      for (std::size_t row = 0; row < size_; ++row) {
+        forces[row] += drawn * factor[row];
+      }
+    }
   }
 
 private:
+  /// Returns that of a bilinear or trilinear cell by two Gauss points along each axis, row by row, over its
+  /// area or volume, as ElementRule has it, for a modulus of 1.
+  [[nodiscard]] std::vector<double> stiffness(double poisson, const std::array<double, 3>& sides) const {
+    const double shear = 0.5 / (1.0 + poisson);
+    const double lame = 2.0 * shear * poisson / (axes_ == 3 ? 1.0 - 2.0 * poisson : 1.0 - poisson);
+    const std::size_t corners = std::size_t{1} << axes_;
+    const double weight = 1.0 / static_cast<double>(corners); // of a Gauss point
+    const auto bit = [](std::size_t corner, std::size_t axis) { return (corner >> axis & 1U) != 0U; };
+    std::vector<double> matrix(size_ * size_, 0.0);
+    for (std::size_t point = 0; point < corners; ++point) {
+      std::array<std::array<double, 3>, 8> slopes{}; // of the shape function of each corner
+      for (std::size_t corner = 0; corner < corners; ++corner) {
+        for (std::size_t along = 0; along < axes_; ++along) {
+          double slope = (bit(corner, along) ? 1.0 : -1.0) / sides[along];
+          for (std::size_t axis = 0; axis < axes_; ++axis) {
+            const double near = 0.5 * (1.0 + 0.57735026918962576451); // of a Gauss point to its end
+            slope *= axis == along ? 1.0 : bit(corner, axis) == bit(point, axis) ? near : 1.0 - near;
+          }
+          slopes[corner][along] = slope;
+        }
+      }
+      for (std::size_t row = 0; row < size_; ++row) {
+        for (std::size_t column = 0; column < size_; ++column) {
+          const auto& of_row = slopes[row / axes_];
+          const auto& of_column = slopes[column / axes_];
+          const std::size_t i = row % axes_;
+          const std::size_t j = column % axes_;
+          double sum = lame * of_row[i] * of_column[j] + shear * of_row[j] * of_column[i];
+          for (std::size_t axis = 0; axis < axes_ && i == j; ++axis) {
+            sum += shear * of_row[axis] * of_column[axis];
+          }
+          matrix[row * size_ + column] += weight * sum;
+        }
+      }
+    }
+    return matrix;
+  }
+
   std::size_t axes_;
-  double shear_;
-  double of_size_ = 0.0;
+  std::size_t size_; ///< components of all corners
+  std::vector<std::vector<double>> factors_;
 };
 
 /// Sums of the ways that are drawn, pixels, and of their squares, by component.
@@ -191,7 +239,7 @@ VectorField prior_forces(const Scene& scene, NormalDraws& random) {
   const Extent extent = full.extent;
   const std::size_t axes = extent.axes();
   const std::size_t corners = std::size_t{1} << axes;
-  const RandomStress draw(axes, scene.elastic.poisson);
+  const CellForces draw(axes, scene.elastic.poisson, full.sides);
   const double size = std::sqrt(point_over_voxel(scene));
   DoubleField force;
   force.extent = extent;
@@ -202,20 +250,16 @@ VectorField prior_forces(const Scene& scene, NormalDraws& random) {
   for_each_site(
       {extent.width - 1, extent.height - 1, std::max(extent.depth - 1, 1)}, [&](int x, int y, int z) {
         std::array<std::size_t, 8> sites{};
-        double modulus = 0.0;
+        double square = 0.0; // of the modulus, mean over the Gauss points
         for (std::size_t corner = 0; corner < corners; ++corner) {
           sites[corner] = extent.index(x + bit(corner, 0), y + bit(corner, 1), z + bit(corner, 2));
-          modulus += full.modulus.values[sites[corner]] / static_cast<double>(corners);
+          square += std::pow(double{full.modulus.values[sites[corner]]}, 2) / static_cast<double>(corners);
         }
-        const auto stress = draw(random);
+        std::array<double, 24> forces{};
+        draw(random, forces);
         for (std::size_t corner = 0; corner < corners; ++corner) {
           for (std::size_t axis = 0; axis < axes; ++axis) {
-            double sum = 0.0;
-            for (std::size_t along = 0; along < axes; ++along) {
-              const double slope = (bit(corner, along) == 1 ? 2.0 : -2.0) / (corners * full.sides[along]);
-              sum += stress[axis][along] * slope;
-            }
-            force[axis][sites[corner]] += size * modulus * sum;
+            force[axis][sites[corner]] += size * std::sqrt(square) * forces[axes * corner + axis];
           }
         }
       });

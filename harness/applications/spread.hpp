@@ -36,9 +36,10 @@ struct Spread {
   LeastCertain least_certain;
 };
 
-/// Returns forces that random stresses of every cell make: the elastic prior. For a body without other
-/// conditions they move it as much as energy / (modulus * 1 mm^3) has it for the logarithm of a probability
-/// (of an image mm^2), but that a stress is constant in its cell.
+/// Returns forces whose covariance is that of the elastic prior: the stiffness of each cell, times its
+/// modulus and 1 mm^3 (of an image mm^2). A body of one modulus that only they move, has a displacement with
+/// the probability exp(-energy / (modulus * 1 mm^3)). In MPa * thickness or voxel, pixels of area or
+/// volume 1.
 [[nodiscard]] VectorField prior_forces(const Scene& scene, NormalDraws& random);
 
 /// Returns prior_forces(), and where springs are at rest by errors of what they hold: one for every point

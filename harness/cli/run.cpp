@@ -260,7 +260,7 @@ struct Solved {
   std::string absurd; ///< why there is no displacement; empty: there is one
   Warnings warnings;
   std::vector<std::optional<double>> left_out; ///< misses_left_out()
-  const SpreadOfRun& spread;
+  const SpreadOfRun& how_sure;
 
   [[nodiscard]] std::string method() const { return plan ? "as needed" : method_name(scene); }
   [[nodiscard]] bool is_volume() const { return scene.extent().axes() == 3; }
@@ -268,7 +268,7 @@ struct Solved {
 };
 
 json row_of(const Solved& solved, json phases) {
-  const auto& [scene, request, plan, solution, backend, name, device, absurd, warnings, left_out, spread] =
+  const auto& [scene, request, plan, solution, backend, name, device, absurd, warnings, left_out, how_sure] =
       solved;
   json row = with_size({{"scene", scene.name},
                         {"title", scene.title},
@@ -335,7 +335,7 @@ void print_result(const Call& call, const Solved& solved, json& row) {
   }
   report_observations(solved.scene, row);
   report_points(solved.scene, solution.displacement, solved.left_out, row);
-  report_spread(call, solved.scene, solved.spread, row);
+  report_spread(call, solved.scene, solved.how_sure, row);
   if (!solved.absurd.empty()) {
     fmt::print(
         "  NO RESULT: {}; look for extreme moduli, targets or a huge --penalty, or take another --method\n",
@@ -379,14 +379,14 @@ void require_files(const Call& call, const Scene& scene, std::vector<std::string
 
 /// Returns file_names(). Throws InputError where what is asked for cannot be written, or told, before
 /// anything is solved.
-std::vector<std::string> files_of(const Call& call, const Scene& scene, const SpreadOfRun& spread) {
+std::vector<std::string> files_of(const Call& call, const Scene& scene, const SpreadOfRun& how_sure) {
   if (call[option::format] == "nii.gz" && scene.extent().axes() == 2) {
     throw InputError("--format nii.gz is for volumes: programs read a NIfTI file of one slice without its "
                      "place in space; give nrrd or mha");
   }
   require_points(call, scene);
   std::vector<std::string> names = file_names(scene, call[option::format], !call[no_pictures]);
-  require_spread(call, scene, spread, names);
+  require_spread(call, scene, how_sure, names);
   if (have_images()) {
     let_first_check(call.ranks, [&] { require_files(call, scene, names); });
   }
@@ -460,7 +460,7 @@ int run_scene(Call& call) {
   const PeakMemory memory;
   Progress progress(call.speaks());
   progress.describe(fmt::format("prepare {}", call[option::scene]));
-  SpreadOfRun spread = asked_spread(call);
+  SpreadOfRun how_sure = asked_spread(call);
   Scene scene = load_for(call);
   json phases{{"reading_seconds", clock.seconds()}};
   require_same_scenes(call, {&scene, 1});
@@ -474,7 +474,7 @@ int run_scene(Call& call) {
   }
   const Backend& backend = shared ? *shared : choose_backend(call, registry, scene);
   const Device device = backend.device(session);
-  const std::vector<std::string> files = files_of(call, scene, spread);
+  const std::vector<std::string> files = files_of(call, scene, how_sure);
   const Clock solving;
   const Answer answer = solve(call, scene, request, backend, session, progress);
   const Solution& solution = answer.solution();
@@ -483,7 +483,7 @@ int run_scene(Call& call) {
   const auto left_out = misses_left_out(call, scene.points.size(), [&](Scene& of) {
     return solve(call, of, request, backend, session, progress).solution().displacement;
   });
-  draw_spread(scene, solution.displacement, backend, session, progress, spread);
+  draw_spread(scene, solution.displacement, backend, session, progress, how_sure);
   const json by_rank = shared ? rows_of_ranks(call, registry, *shared, memory, *call.ranks) : json();
   if (!call.speaks()) { // all ranks have the same field
     return success;
@@ -505,7 +505,7 @@ int run_scene(Call& call) {
                       std::move(absurd),
                       find_warnings(scene, solution, answer.plan),
                       left_out,
-                      spread};
+                      how_sure};
   phases["diagnosis_seconds"] = diagnosing.seconds();
   json row = row_of(solved, std::move(phases));
   progress.clear();

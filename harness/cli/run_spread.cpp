@@ -36,8 +36,8 @@ Placement::Vector place_of(const Scene& scene, const std::array<double, 3>& at) 
 }
 
 /// The length of the deviations of all components, mm.
-ScalarField spread_in_mm(const Scene& scene, const Spread& spread) {
-  ScalarField field = magnitude_of(spread.deviation);
+ScalarField spread_in_mm(const Scene& scene, const Spread& how_sure) {
+  ScalarField field = magnitude_of(how_sure.deviation);
   for (float& value : field.values) {
     value = static_cast<float>(value * scene.spacing);
   }
@@ -77,12 +77,12 @@ SpreadOfRun asked_spread(Call& call) {
   return {.asked = request};
 }
 
-void require_spread(const Call& call, const Scene& scene, const SpreadOfRun& spread,
+void require_spread(const Call& call, const Scene& scene, const SpreadOfRun& how_sure,
                     const std::vector<std::string>& names) {
-  if (!spread.asked) {
+  if (!how_sure.asked) {
     return;
   }
-  require_spread(scene, *spread.asked);
+  require_spread(scene, *how_sure.asked);
   if (call.ranks != nullptr) {
     throw InputError("--uncertainty runs in one process, without mpirun");
   }
@@ -106,23 +106,23 @@ void require_spread(const Call& call, const Scene& scene, const SpreadOfRun& spr
 }
 
 void draw_spread(const Scene& scene, const VectorField& solution, const Backend& backend,
-                 const SessionOptions& session, Progress& progress, SpreadOfRun& spread) {
-  if (spread.asked) {
+                 const SessionOptions& session, Progress& progress, SpreadOfRun& how_sure) {
+  if (how_sure.asked) {
     Solver solver(backend, session);
-    spread.found = spread_of(scene, solution, *spread.asked, solver, progress);
+    how_sure.found = spread_of(scene, solution, *how_sure.asked, solver, progress);
   }
 }
 
-void report_spread(const Call& call, const Scene& scene, const SpreadOfRun& spread_of_run, json& row) {
-  const auto& [request, spread] = spread_of_run;
-  if (!spread) {
+void report_spread(const Call& call, const Scene& scene, const SpreadOfRun& how_sure, json& row) {
+  const auto& [request, found] = how_sure;
+  if (!found) {
     return;
   }
-  const ScalarField deviation = spread_in_mm(scene, *spread);
-  const LeastCertain& least = spread->least_certain;
+  const ScalarField deviation = spread_in_mm(scene, *found);
+  const LeastCertain& least = found->least_certain;
   const Placement::Vector at = place_of(scene, least.at);
   const double typical = root_mean_square(deviation);
-  const double moved = root_mean_square(magnitude_of(spread->mean)) * scene.spacing;
+  const double moved = root_mean_square(magnitude_of(found->mean)) * scene.spacing;
   json& result = row["uncertainty"];
   result = {{"draws", request->draws},
             {"seed", request->seed},
@@ -147,7 +147,7 @@ void report_spread(const Call& call, const Scene& scene, const SpreadOfRun& spre
   write("spread", call[spread_file],
         [&](const auto& file) { write_scalar(file, deviation, scene.spacing, scene.placement); });
   write("mean", call[mean_file], [&](const auto& file) {
-    write_displacement(file, spread->mean, scene.spacing, scene.placement, scene.oblong);
+    write_displacement(file, found->mean, scene.spacing, scene.placement, scene.oblong);
   });
 }
 

@@ -25,15 +25,15 @@ struct SpreadOfRun {
 
 /// Throws InputError where what is asked for means nothing to the scene, or its files cannot be written.
 /// `names` are those that run writes anyway into its folder.
-void require_spread(const Call& call, const Scene& scene, const SpreadOfRun& spread,
+void require_spread(const Call& call, const Scene& scene, const SpreadOfRun& how_sure,
                     const std::vector<std::string>& names);
 
 /// Finds the spread where one is asked for. `solution` is the scene's displacement, pixels.
 void draw_spread(const Scene& scene, const VectorField& solution, const Backend& backend,
-                 const SessionOptions& session, Progress& progress, SpreadOfRun& spread);
+                 const SessionOptions& session, Progress& progress, SpreadOfRun& how_sure);
 
 /// Prints how sure the displacement is and where it is least so, writes the files of --spread and --mean, and
 /// puts all into the row of the run; nothing where no spread was asked for.
-void report_spread(const Call& call, const Scene& scene, const SpreadOfRun& spread, nlohmann::json& row);
+void report_spread(const Call& call, const Scene& scene, const SpreadOfRun& how_sure, nlohmann::json& row);
 
 } // namespace hdmbench::commands

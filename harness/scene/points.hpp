@@ -45,8 +45,9 @@ struct PointSpring {
   std::array<int, 3> at{}; ///< the site
   double weight = 0.0; ///< so many times the modulus of the site: its stiffness as spring_stiffness() has it
 };
-/// How far from a point its spring reaches, millimetres, where the pixels are not wider.
-inline constexpr double point_reach = 1.0;
+/// How far from a point its spring reaches, millimetres, where the pixels are not wider. A pull at one place
+/// would move the tissue there the farther the smaller its pixels are.
+inline constexpr double point_reach = 2.5;
 /// Returns the springs that a point with a deviation above 0 puts on the sites around it. Together they weigh
 /// as 1 mm^3 of tissue, in an image 1 mm^2 of the sheet: as stiff as modulus * 1 mm^3 / deviation^2 (MPa, mm:
 /// N / mm) at whatever size of the pixels, `spacing` millimetres of the shortest side. They fall linearly to
