@@ -51,11 +51,13 @@ inline const Option<std::optional<int>>
 inline const Option<std::filesystem::path>
     tissues("--tissues",
             "The scene is an image of labels, and this file has the [[tissue]] of each of them, and what "
-            "else of a scene is not to be as usual (elastic, the border held)");
+            "else of a scene is not to be as usual (elastic, the border held)",
+            Content::toml);
 inline const Option<std::vector<std::filesystem::path>>
     points("--points,--landmarks",
            "Points that have moved: a file of 3D Slicer's of before and one of after (.fcsv, .mrk.json), "
-           "or one with lines of x y z dx dy dz (mm, LPS)");
+           "or one with lines of x y z dx dy dz (mm, LPS)",
+           Content::points);
 inline const Option<std::string> backend("--backend", "Backend that computes", "openmp");
 inline const Option<std::vector<std::string>>
     backends("--backends", "Backends with commas (none: all; one that is named must be there)");

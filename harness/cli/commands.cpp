@@ -55,8 +55,12 @@ void add_option(CLI::App& command, Call& call, const Option<Value>& option) {
     if (!option.check.get_description().empty()) {
       added.check(option.check);
     }
+    const std::string_view content = content_names.at(static_cast<std::size_t>(option.content));
     if (is_output) {
-      added.type_name(is_file ? "FILE" : "FOLDER");
+      added.type_name(
+          fmt::format("{}{}{}", is_file ? "FILE" : "FOLDER", content.empty() ? "" : ":", content));
+    } else if (!content.empty()) {
+      added.type_name(std::string(content));
     }
   }
 }
@@ -168,9 +172,9 @@ void require_outputs(const CLI::App& command) {
     const std::string type = option->get_type_name();
     for (const std::string& value : option->results()) {
       std::error_code missing;
-      if (type == "FILE" || type == "FOLDER") {
+      if (type.starts_with("FILE") || type == "FOLDER") {
         outputs.emplace_back(value);
-        if (type == "FILE") {
+        if (type != "FOLDER") {
           require_results_writable(value);
         }
       } else if (fs::is_directory(value, missing)) {

@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 
 #include <any>
+#include <array>
 #include <filesystem>
 #include <functional>
 #include <initializer_list>
@@ -39,6 +40,11 @@ struct OutputFolder : std::filesystem::path {
   using path::path;
 };
 
+/// What a file has that an option names: its word in the help, and the element of 3D Slicer's description.
+enum class Content { unsaid, toml, image, labels, points, transform };
+inline constexpr std::array<std::string_view, 6> content_names{"",       "TOML",   "IMAGE",
+                                                               "LABELS", "POINTS", "TRANSFORM"};
+
 /// An option of one or more commands, or where its name has no dashes a word by its place; and the key by
 /// which a Call has its value. One of bool is a flag.
 template <typename Value>
@@ -46,12 +52,16 @@ struct Option {
   explicit Option(const char* names_, const char* help_, Value standard_ = {}, CLI::Validator check_ = {},
                   int count_ = 0)
       : names(names_), help(help_), standard(std::move(standard_)), check(std::move(check_)), count(count_) {}
+  /// An option whose value is the name of a file that has `content_`.
+  Option(const char* names_, const char* help_, Content content_)
+      : names(names_), help(help_), content(content_) {}
 
   const char* names; ///< "--sizes,--size"
   const char* help;
-  Value standard;       ///< where it is not given
-  CLI::Validator check; ///< of each value
-  int count;            ///< of a list: so many values; 0: any number
+  Value standard{};       ///< where it is not given
+  CLI::Validator check{}; ///< of each value
+  int count = 0;          ///< of a list: so many values; 0: any number
+  Content content = Content::unsaid;
 };
 
 /// How the program was called, and with what it ends.

@@ -3,6 +3,7 @@
 #include "harness/check/machine_code/compilers.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/process.hpp"
+#include "harness/cli/slicer_module.hpp"
 #include "harness/ranks/message_passing.hpp"
 #include "harness/scene/images/images.hpp"
 
@@ -105,7 +106,11 @@ void add_commands(CLI::App& program, commands::Call& call) {
              add_positions_to_displacements}}}) {
     for (AddCommand* const add : group.commands) {
       add(program, call);
-      program.get_subcommands({}).back()->group(group.heading);
+      CLI::App& added = *program.get_subcommands({}).back();
+      added.group(group.heading);
+      if (contains(slicer_modules, added.get_name())) {
+        add_slicer_description(added);
+      }
     }
   }
 }
@@ -151,6 +156,7 @@ int run_program(std::span<char*> words, Ranks* ranks) {
   }
   try {
     if (contains(names, asked)) {
+      take_underscores(*program.get_subcommand(words[1]), words.subspan(2));
       require_known_options(*program.get_subcommand(words[1]), {words.begin() + 2, words.end()});
     } else if (!asked.starts_with('-')) {
       throw InputError(fmt::format("there is no command \"{}\"; {}", asked,

@@ -58,12 +58,15 @@ void require_overlap(const ScalarField& source, const ScalarField& target) {
                    "align them first");
 }
 
-const Option<fs::path> source_file("source", "The picture before, as the scene's labels have it");
-const Option<fs::path> target_file("target", "The picture after, of the same size and spacing");
-const Option<std::string> scene_name("--scene",
-                                     "Scene by name or TOML file: labels of the source, moduli, energy");
+const Option<fs::path> source_file("source", "The picture before, as the scene's labels have it",
+                                   Content::image);
+const Option<fs::path> target_file("target", "The picture after, of the same size and spacing",
+                                   Content::image);
+const Option<std::string>
+    scene_name("--scene", "Scene by name or TOML file: labels of the source, moduli, energy", Content::toml);
 const Option<fs::path>
-    region_file("--roi", "Mask of the region of interest, not 0 inside: there the pictures are not believed");
+    region_file("--roi", "Mask of the region of interest, not 0 inside: there the pictures are not believed",
+                Content::labels);
 
 } // namespace
 

@@ -2,6 +2,7 @@
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/run_files.hpp"
 #include "harness/cli/run_points.hpp"
+#include "harness/cli/run_spread.hpp"
 #include "harness/cli/warp.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/measure/memory_use.hpp"
@@ -30,6 +31,9 @@ namespace hdmbench::commands {
 
 namespace {
 
+const Option<std::string> scene_or_labels("scene",
+                                          "Scene by name or TOML file, or with --tissues an image of labels",
+                                          Content::labels);
 const Option<std::string>
     accuracy("--accuracy", "Distance from finite elements that is good enough, RMS, as 0.2px or 0.1mm: with "
                            "the elastic energy, and levels and steps that follow from the scene; exit status "
@@ -40,9 +44,11 @@ const Option<std::string>
 const Option<OutputFile>
     transform("--transform",
               "Also the displacement that leads back, with which ITK, ANTs, 3D Slicer and hdmbench warp move "
-              "pictures as the tissue moves: .h5 (ITK), .nrrd, .mha or .nii.gz");
+              "pictures as the tissue moves: .h5 (ITK), .nrrd, .mha or .nii.gz",
+              Content::transform);
 const Option<std::vector<std::filesystem::path>>
-    moving("--warp", "Also these pictures, moved with the file of --transform, as hdmbench warp moves them");
+    moving("--warp", "Also these pictures, moved with the file of --transform, as hdmbench warp moves them",
+           Content::image);
 const Option<bool> no_pictures("--no-pictures", "Write the displacement alone");
 const Option<bool> explain("--explain", "Print the plan, step by step, and why");
 const Option<std::size_t>
@@ -210,14 +216,16 @@ struct Solved {
   std::string absurd; ///< why there is no displacement; empty: there is one
   Warnings warnings;
   std::vector<std::optional<double>> left_out; ///< misses_left_out()
+  const SpreadOfRun& how_sure;
 
   [[nodiscard]] std::string method() const { return plan ? "as needed" : method_name(scene); }
   [[nodiscard]] bool is_volume() const { return scene.extent().axes() == 3; }
   [[nodiscard]] const char* unit() const { return is_volume() ? "voxels" : "px"; }
 };
 
-json row_of(const Solved& solved) {
-  const auto& [scene, request, plan, solution, backend, name, device, absurd, warnings, left_out] = solved;
+json row_of(const Solved& solved, json phases) {
+  const auto& [scene, request, plan, solution, backend, name, device, absurd, warnings, left_out, how_sure] =
+      solved;
   json row = with_size({{"scene", scene.name},
                         {"title", scene.title},
                         {"backend", backend},
@@ -234,7 +242,8 @@ json row_of(const Solved& solved) {
                         {"placement", scene.placement},
                         {"warnings", warnings},
                         {"estimated_px", solution.estimated_error},
-                        {"field", ""}},
+                        {"field", ""},
+                        {"phases", std::move(phases)}},
                        scene.extent());
   if (plan) {
     row["plan"] = plan_row(scene, request, *plan);
@@ -271,7 +280,7 @@ void print_way(const Solved& solved, const json& row, bool explained) {
 }
 
 /// Prints what came out, and what speaks against it.
-void print_result(const Solved& solved, json& row) {
+void print_result(const Call& call, const Solved& solved, json& row) {
   const Solution& solution = solved.solution;
   fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} {}, {} iterations in {}\n",
              row["mean_energy"].get<double>(), row["largest_displacement"].get<double>(), solved.unit(),
@@ -283,6 +292,7 @@ void print_result(const Solved& solved, json& row) {
   report_observations(solved.scene, row);
   report_loads(solved.scene, row);
   report_points(solved.scene, solution.displacement, solved.left_out, row);
+  report_spread(call, solved.scene, solved.how_sure, row);
   if (!solved.absurd.empty()) {
     fmt::print(
         "  NO RESULT: {}; look for extreme moduli, targets or a huge --penalty, or take another --method\n",
@@ -326,13 +336,14 @@ void require_files(const Call& call, const Scene& scene, std::vector<std::string
 
 /// Returns file_names(). Throws InputError where what is asked for cannot be written, or told, before
 /// anything is solved.
-std::vector<std::string> files_of(const Call& call, const Scene& scene) {
+std::vector<std::string> files_of(const Call& call, const Scene& scene, const SpreadOfRun& how_sure) {
   if (call[option::format] == "nii.gz" && scene.extent().axes() == 2) {
     throw InputError("--format nii.gz is for volumes: programs read a NIfTI file of one slice without its "
                      "place in space; give nrrd or mha");
   }
   require_points(call, scene);
   std::vector<std::string> names = file_names(scene, call[option::format], !call[no_pictures]);
+  require_spread(call, scene, how_sure, names);
   if (have_images()) {
     let_first_check(call.ranks, [&] { require_files(call, scene, names); });
   }
@@ -375,31 +386,30 @@ void print_run(const Call& call, const Solved& solved, const json& by_rank, json
     fmt::print("\n{}", table_text(by_rank, "machine|backend|device|threads|messages|bytes:bytes sent|"
                                            "peak_memory:bytes at most"));
   }
-  print_result(solved, row);
+  print_result(call, solved, row);
 }
 
 int run_scene(Call& call) {
   const Clock clock;
-  json phases;
   require_meaning(call);
-  Ranks* const ranks = call.ranks;
   const PeakMemory memory;
   Progress progress(call.speaks());
   progress.describe(fmt::format("prepare {}", call[option::scene]));
+  SpreadOfRun how_sure = asked_spread(call);
   Scene scene = load_for(call);
-  phases["reading_seconds"] = clock.seconds();
+  json phases{{"reading_seconds", clock.seconds()}};
   require_same_scenes(call, {&scene, 1});
   const Request request = request_of(call, scene.spacing);
   const auto registry = make_backends();
   SessionOptions session = call.session();
   std::optional<RankBackend> shared;
-  if (ranks != nullptr) {
-    shared.emplace(*ranks, registry, call[option::backend], session, sharing_of(scene, call));
+  if (call.ranks != nullptr) {
+    shared.emplace(*call.ranks, registry, call[option::backend], session, sharing_of(scene, call));
     session.device.clear(); // a rank's own is taken already
   }
   const Backend& backend = shared ? *shared : choose_backend(call, registry, scene);
   const Device device = backend.device(session);
-  const std::vector<std::string> files = files_of(call, scene);
+  const std::vector<std::string> files = files_of(call, scene, how_sure);
   const Clock solving;
   const Answer answer = solve_request(scene, request, backend, session, progress);
   const Solution& solution = answer.solution();
@@ -408,7 +418,8 @@ int run_scene(Call& call) {
   const auto left_out = misses_left_out(call, scene.points.size(), [&](Scene& of) {
     return solve_request(of, request, backend, session, progress).solution().displacement;
   });
-  const json by_rank = ranks == nullptr ? json() : rows_of_ranks(call, registry, *shared, memory, *ranks);
+  draw_spread(scene, solution.displacement, backend, session, progress, how_sure);
+  const json by_rank = shared ? rows_of_ranks(call, registry, *shared, memory, *call.ranks) : json();
   if (!call.speaks()) { // all ranks have the same field
     return success;
   }
@@ -428,10 +439,10 @@ int run_scene(Call& call) {
                       device.name,
                       std::move(absurd),
                       diagnose(scene, solution, answer.plan),
-                      left_out};
-  json row = row_of(solved);
+                      left_out,
+                      how_sure};
   phases["diagnosis_seconds"] = diagnosing.seconds();
-  row["phases"] = std::move(phases);
+  json row = row_of(solved, std::move(phases));
   progress.clear();
   print_run(call, solved, by_rank, row);
   finish_files(call, written, clock, progress, row);
@@ -448,11 +459,13 @@ void add_run(CLI::App& program, Call& call) {
       "Solve one scene; write the displacement in millimetres, and the picture before and after, the\n"
       "deformed grid and the displacement's magnitude and change of area or volume as PNG; say what speaks\n"
       "against the result.",
-      {option::scene, option::size, option::tissues, option::points, leave_one_out, schedule_options(true),
+      {scene_or_labels, option::size, option::tissues, option::points, leave_one_out, schedule_options(true),
        backend_options(), option::output, option::format, transform, moving, no_pictures, option::json,
+       spread_options().under("How sure is it?"),
        Options{accuracy, within, explain}.under("No more than the scene needs"),
        Options{sites_per_rank, halo}.under("Several processes (mpirun -n 4 hdmbench run ...)")},
-      {"scene is required"});
+      {"scene is required", "--uncertain-moduli needs --uncertainty", "--spread needs --uncertainty",
+       "--mean needs --uncertainty"});
 }
 
 } // namespace hdmbench::commands

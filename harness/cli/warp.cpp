@@ -13,8 +13,10 @@ namespace {
 
 namespace fs = std::filesystem;
 
-const Option<std::vector<fs::path>> images("images", "Pictures, or with --labels segmentations");
-const Option<fs::path> transform("--transform", "What run --transform wrote: .h5, .nrrd, .mha or .nii.gz");
+const Option<std::vector<fs::path>> images("images", "Pictures, or with --labels segmentations",
+                                           Content::image);
+const Option<fs::path> transform("--transform", "What run --transform wrote: .h5, .nrrd, .mha or .nii.gz",
+                                 Content::transform);
 const Option<bool> labels("--labels", "Take the nearest pixel, not a mean of several");
 
 int warp_images(Call& call) {

@@ -8,6 +8,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 #include <utility>
 
@@ -78,6 +79,37 @@ double residual_at(const KnownPoint& point, const VectorField& displacement) {
   return std::sqrt(square);
 }
 
+std::vector<PointSpring> point_springs(const KnownPoint& point, Extent extent,
+                                       const std::array<double, 3>& sides, double spacing) {
+  std::array<std::vector<std::pair<int, double>>, 3> reach{{{{0, 1.0}}, {{0, 1.0}}, {{0, 1.0}}}};
+  double weight = 1.0 / (point.deviation * point.deviation);
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    const double side = sides[axis] * spacing;
+    const double width = std::max(1.0, point_reach / side); // sites
+    const int last = extent.sides()[axis] - 1;
+    const double place = std::clamp(point.at[axis], 0.0, static_cast<double>(last));
+    reach[axis].clear();
+    double sum = 0.0;
+    for (int site = std::max(0, static_cast<int>(std::ceil(place - width)));
+         site <= std::min(last, static_cast<int>(std::floor(place + width))); ++site) {
+      if (const double share = 1.0 - std::abs(site - place) / width; share > 0.0) {
+        reach[axis].emplace_back(site, share);
+        sum += share;
+      }
+    }
+    weight /= side * sum;
+  }
+  std::vector<PointSpring> springs;
+  for (const auto& [z, of_z] : reach[2]) {
+    for (const auto& [y, of_y] : reach[1]) {
+      for (const auto& [x, of_x] : reach[0]) {
+        springs.push_back({{x, y, z}, weight * of_x * of_y * of_z});
+      }
+    }
+  }
+  return springs;
+}
+
 void apply_points(TomlReader& scene, const std::filesystem::path& folder, const SceneOptions& options,
                   const Content& content, Scene& to) {
   const auto take = [&](const std::vector<PointPair>& pairs, double deviation) {
@@ -116,10 +148,20 @@ void apply_points(TomlReader& scene, const std::filesystem::path& folder, const 
     if (options.idle_point == number) {
       continue;
     }
-    known.scattered.push_back(point.at);
-    for (std::size_t axis = 0; axis < to.extent().axes(); ++axis) {
-      known.target[axis].push_back(static_cast<float>(point.target[axis]));
-      known.confidence[axis].push_back(confidence_of_deviation(point.deviation));
+    const auto add = [&](const std::array<double, 3>& at, float confidence) {
+      known.scattered.push_back(at);
+      for (std::size_t axis = 0; axis < to.extent().axes(); ++axis) {
+        known.target[axis].push_back(static_cast<float>(point.target[axis]));
+        known.confidence[axis].push_back(confidence);
+      }
+    };
+    if (point.deviation == 0.0) {
+      add(point.at, 1.0F);
+      continue;
+    }
+    for (const auto& [at, weight] :
+         point_springs(point, to.extent(), content.placement.aspect, content.spacing)) {
+      add({1.0 * at[0], 1.0 * at[1], 1.0 * at[2]}, confidence_of_weight(weight));
     }
   }
   if (known.scattered.empty()) {

@@ -116,6 +116,27 @@ void ElasticSolver::pull(VectorField start, const VectorField& forces_there) {
   session_.write(0, ElasticField::displacement, VectorField(full.extent));
 }
 
+void ElasticSolver::disturb(const Level& level, double poisson, const Disturbance& other) {
+  const Stopwatch watch(timings_.upload);
+  const double unit = force_unit(level, poisson);
+  VectorField load(level.extent);
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+    for (std::size_t at = 0; at < level.extent.sites(); ++at) {
+      const float confidence = level.confidence[axis][at];
+      const double pull = is_spring(confidence)
+                              ? spring_stiffness(level.modulus.values[at], confidence) * other.rest[axis][at]
+                              : 0.0;
+      load[axis][at] =
+          confidence >= 1.0F ? 0.0F : static_cast<float>(unit * (double{other.force[axis][at]} + pull));
+    }
+  }
+  sprung_ = true; // the load is made once, and the field begins with 0, whatever holds the body
+  start_ = VectorField(level.extent);
+  last_product_ = 0.0F;
+  session_.write(0, ElasticField::displacement, start_);
+  session_.write(0, ElasticField::load, load);
+}
+
 void ElasticSolver::load(ElasticHierarchy hierarchy) {
   may_end_here();
   work_.clear();
@@ -369,8 +390,21 @@ double ElasticSolver::rounding(double largest, double contrast) const {
   return largest * std::numeric_limits<float>::epsilon() * of_springs * of_bending;
 }
 
-void solve_within(double accuracy, int most_steps, const Level& level, ElasticSolver& solver) {
-  solver.full_multigrid();
+namespace {
+
+/// Returns the root mean square over sites, pixels.
+double root_mean_square(const VectorField& field) {
+  double square = 0.0;
+  for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
+    for (const float value : field[axis]) {
+      square += double{value} * double{value};
+    }
+  }
+  return std::sqrt(square / static_cast<double>(field.extent.sites()));
+}
+
+/// Conjugate gradients until what is left is within `accuracy`, pixels, at most so many steps.
+void step_until(double accuracy, int most_steps, const Level& level, ElasticSolver& solver) {
   RemainingError error(level);
   for (int done = 0; done < most_steps && !error.is_within(accuracy); ++done) {
     const ElasticSolver::Step step = solver.conjugate_gradients();
@@ -379,6 +413,20 @@ void solve_within(double accuracy, int most_steps, const Level& level, ElasticSo
     }
     error.add(step);
   }
+}
+
+} // namespace
+
+void solve_within(double accuracy, int most_steps, const Level& level, ElasticSolver& solver) {
+  solver.full_multigrid();
+  step_until(accuracy, most_steps, level, solver);
+}
+
+VectorField solve_to_share(double share, int most_steps, const Level& level, ElasticSolver& solver) {
+  solver.full_multigrid();
+  step_until(share * root_mean_square(solver.displacement()), most_steps, level, solver);
+  solver.settle(level);
+  return solver.displacement();
 }
 
 namespace {

@@ -12,6 +12,12 @@
 
 namespace hdmbench {
 
+/// What a body is moved by beside its conditions.
+struct Disturbance {
+  VectorField rest;  ///< where each spring is at rest, pixels from where it was; read where there is one
+  VectorField force; ///< at each site, MPa * thickness or voxel, in pixels of area or volume 1
+};
+
 /// The methods of the elastic energy, step by step on a session, from the conditions extended into the image.
 class ElasticSolver {
 public:
@@ -40,6 +46,10 @@ public:
   /// rest: the way w from start that solves A (start + w) + springs w = forces. Prescribed components keep
   /// the value that start has.
   void pull(VectorField start, const VectorField& forces);
+
+  /// Sets what is solved from now on, any number of times: how far `other` moves the body, whose prescribed
+  /// components stay where they are. `level` is the one of the first constructor.
+  void disturb(const Level& level, double poisson, const Disturbance& other);
 
   /// From the coarsest level to the finest, one W cycle each: the error of the result is of the size of the
   /// discretisation's. Without `on_image` the image only gets what the next level has.
@@ -103,6 +113,12 @@ private:
 /// Full multigrid, then conjugate gradients until what is left is within `accuracy`, pixels, at most so many
 /// steps. `level` is the solver's.
 void solve_within(double accuracy, int most_steps, const Level& level, ElasticSolver& solver);
+
+/// Full multigrid, then conjugate gradients until what is left is within that share of the field, RMS, at
+/// most so many steps. Returns the field, which the session keeps. `level` is the solver's, or has its
+/// confidences and moduli and the targets that settle() is to see.
+[[nodiscard]] VectorField solve_to_share(double share, int most_steps, const Level& level,
+                                         ElasticSolver& solver);
 
 /// The scene by the method that its schedule names. Throws as ElasticSolver does.
 [[nodiscard]] Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& progress,

@@ -3,6 +3,7 @@
 #include "kernels/data/level.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace hdmbench {
@@ -26,13 +27,24 @@ struct SiteSprings {
 };
 
 /// Returns the confidence of an observation with a standard deviation of so many pixels, >= 0: its spring is
-/// 1 / deviation^2 times as stiff as the tissue of its site.
+/// 1 / deviation^2 times as stiff as the tissue of its site. In millimetres: modulus * pixel / deviation^2,
+/// the pixel being its area, or volume. So pixels that are halved, and observed each, pull as before.
 [[nodiscard]] inline float confidence_of_deviation(double deviation) {
   return static_cast<float>(1.0 / (1.0 + deviation * deviation));
 }
 
 [[nodiscard]] inline bool is_spring(float confidence) {
   return confidence > 0.0F && confidence < 1.0F;
+}
+
+/// Returns how many times the modulus of its site a spring is, of a confidence that is_spring(); else 0.
+[[nodiscard]] inline double weight_of_confidence(float confidence) {
+  return is_spring(confidence) ? spring_stiffness(1.0F, confidence) : 0.0;
+}
+
+/// Returns the confidence of a spring that is so many times, > 0, its site's modulus; below 1.
+[[nodiscard]] inline float confidence_of_weight(double weight) {
+  return std::min(static_cast<float>(weight / (1.0 + weight)), std::nextafter(1.0F, 0.0F));
 }
 
 [[nodiscard]] inline bool has_springs(const Level& level) {

@@ -1,0 +1,353 @@
+#include "harness/applications/spread.hpp"
+
+#include "harness/scene/method.hpp"
+#include "harness/scene/points.hpp"
+#include "kernels/data/elastic/springs.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <utility>
+#include <vector>
+
+namespace hdmbench {
+
+namespace {
+
+constexpr double enough =
+    0.01; ///< of a drawn field: what its solution may lack, far below what few draws leave
+constexpr int most_steps = 100;
+
+/// The cubic millimetres that a point stands for over the volume of a voxel; of an image square ones over the
+/// area of a pixel.
+double point_over_voxel(const Scene& scene) {
+  double ratio = 1.0;
+  for (std::size_t axis = 0; axis < scene.extent().axes(); ++axis) {
+    ratio /= scene.full.sides[axis] * scene.spacing;
+  }
+  return ratio;
+}
+
+/// Forces at random on the corners of a cell of modulus 1, whose covariance is the stiffness of the cell.
+/// Fewer draws than components, as motions without strain have no force.
+class CellForces {
+public:
+  CellForces(std::size_t axes, double poisson, const std::array<double, 3>& sides)
+      : axes_(axes), size_(axes << axes) {
+    std::vector<double> matrix = stiffness(poisson, sides);
+    double largest = 0.0;
+    for (std::size_t row = 0; row < size_; ++row) {
+      largest = std::max(largest, matrix[row * size_ + row]);
+    }
+    for (std::size_t column = 0; column < size_; ++column) { // Cholesky's factor, column by column
+      const double pivot = matrix[column * size_ + column];
+      if (pivot <= 1e-12 * largest) {
+        continue; // what is before it says already how it moves
+      }
+      std::vector<double>& factor = factors_.emplace_back(size_, 0.0);
+      for (std::size_t row = column; row < size_; ++row) {
+        factor[row] = matrix[row * size_ + column] / std::sqrt(pivot);
+      }
+      for (std::size_t row = column; row < size_; ++row) {
+        for (std::size_t other = column; other < size_; ++other) {
+          matrix[row * size_ + other] -= factor[row] * factor[other];
+        }
+      }
+    }
+  }
+
+  /// Draws the component `axis` of corner c at axes * c + axis; bit a of a corner is its end along axis a.
+  void operator()(NormalDraws& random, std::array<double, 24>& forces) const {
+    forces.fill(0.0);
+    for (const std::vector<double>& factor : factors_) {
+      const double drawn = random();
+      for (std::size_t row = 0; row < size_; ++row) {
+        forces[row] += drawn * factor[row];
+      }
+    }
+  }
+
+private:
+  /// Returns that of a bilinear or trilinear cell by two Gauss points along each axis, row by row, over its
+  /// area or volume, as ElementRule has it, for a modulus of 1.
+  [[nodiscard]] std::vector<double> stiffness(double poisson, const std::array<double, 3>& sides) const {
+    const double shear = 0.5 / (1.0 + poisson);
+    const double lame = 2.0 * shear * poisson / (axes_ == 3 ? 1.0 - 2.0 * poisson : 1.0 - poisson);
+    const std::size_t corners = std::size_t{1} << axes_;
+    const double weight = 1.0 / static_cast<double>(corners); // of a Gauss point
+    const auto bit = [](std::size_t corner, std::size_t axis) { return (corner >> axis & 1U) != 0U; };
+    std::vector<double> matrix(size_ * size_, 0.0);
+    for (std::size_t point = 0; point < corners; ++point) {
+      std::array<std::array<double, 3>, 8> slopes{}; // of the shape function of each corner
+      for (std::size_t corner = 0; corner < corners; ++corner) {
+        for (std::size_t along = 0; along < axes_; ++along) {
+          double slope = (bit(corner, along) ? 1.0 : -1.0) / sides[along];
+          for (std::size_t axis = 0; axis < axes_; ++axis) {
+            const double near = 0.5 * (1.0 + 0.57735026918962576451); // of a Gauss point to its end
+            slope *= axis == along ? 1.0 : bit(corner, axis) == bit(point, axis) ? near : 1.0 - near;
+          }
+          slopes[corner][along] = slope;
+        }
+      }
+      for (std::size_t row = 0; row < size_; ++row) {
+        for (std::size_t column = 0; column < size_; ++column) {
+          const auto& of_row = slopes[row / axes_];
+          const auto& of_column = slopes[column / axes_];
+          const std::size_t i = row % axes_;
+          const std::size_t j = column % axes_;
+          double sum = lame * of_row[i] * of_column[j] + shear * of_row[j] * of_column[i];
+          for (std::size_t axis = 0; axis < axes_ && i == j; ++axis) {
+            sum += shear * of_row[axis] * of_column[axis];
+          }
+          matrix[row * size_ + column] += weight * sum;
+        }
+      }
+    }
+    return matrix;
+  }
+
+  std::size_t axes_;
+  std::size_t size_; ///< components of all corners
+  std::vector<std::vector<double>> factors_;
+};
+
+/// Sums of the ways that are drawn, pixels, and of their squares, by component.
+class Moments {
+public:
+  explicit Moments(Extent extent) : sum_(extent), squares_(extent) {}
+
+  void add(const VectorField& way) {
+    ++count_;
+    for (std::size_t axis = 0; axis < way.extent.axes(); ++axis) {
+      for (std::size_t site = 0; site < way.extent.sites(); ++site) {
+        const double value = way[axis][site];
+        sum_[axis][site] += value;
+        squares_[axis][site] += value * value;
+      }
+    }
+  }
+
+  [[nodiscard]] VectorField mean_from(const VectorField& start) const {
+    VectorField mean = start;
+    for (std::size_t axis = 0; axis < mean.extent.axes(); ++axis) {
+      for (std::size_t site = 0; site < mean.extent.sites(); ++site) {
+        mean[axis][site] = static_cast<float>(start[axis][site] + sum_[axis][site] / count_);
+      }
+    }
+    return mean;
+  }
+
+  [[nodiscard]] VectorField deviation() const {
+    VectorField field(sum_.extent);
+    for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
+      for (std::size_t site = 0; site < field.extent.sites(); ++site) {
+        const double sum = sum_[axis][site];
+        const double variance = (squares_[axis][site] - sum * sum / count_) / (count_ - 1);
+        field[axis][site] = static_cast<float>(std::sqrt(std::max(variance, 0.0)));
+      }
+    }
+    return field;
+  }
+
+private:
+  DoubleField sum_;
+  DoubleField squares_;
+  int count_ = 0;
+};
+
+/// Averages the variance over blocks: its largest value at a site is the noise of few draws.
+LeastCertain least_certain(const Scene& scene, const VectorField& deviation) {
+  const Extent extent = scene.extent();
+  const std::array<int, 3> sides = extent.sides();
+  const int block = std::max(2, *std::ranges::max_element(sides) / 16);
+  const auto blocks = [&](std::size_t axis) { return (sides[axis] + block - 1) / block; };
+  const Extent grid{blocks(0), blocks(1), blocks(2)};
+  struct Sum {
+    double variance = 0.0;
+    int tissue = 0;
+    int sites = 0;
+  };
+  std::vector<Sum> sums(grid.sites());
+  const bool has_outside = std::ranges::any_of(scene.labels.values, [](int label) { return label != 0; });
+  for_each_site(extent, [&](int x, int y, int z) {
+    Sum& sum = sums[grid.index(x / block, y / block, z / block)];
+    const std::size_t site = extent.index(x, y, z);
+    ++sum.sites;
+    if (has_outside && scene.labels.values[site] == 0) { // nobody can measure there
+      return;
+    }
+    ++sum.tissue;
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      sum.variance += std::pow(double{deviation[axis][site]}, 2);
+    }
+  });
+  LeastCertain found;
+  for_each_site(grid, [&](int x, int y, int z) {
+    const Sum& sum = sums[grid.index(x, y, z)];
+    const double here = 2 * sum.tissue >= sum.sites ? std::sqrt(sum.variance / sum.tissue) : 0.0;
+    if (here > found.deviation) {
+      const std::array<int, 3> at{x, y, z};
+      found.deviation = here;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const int last = std::min(sides[axis], (at[axis] + 1) * block) - 1;
+        found.at[axis] = 0.5 * (at[axis] * block + last);
+      }
+    }
+  });
+  return found;
+}
+
+/// Returns the scene with the modulus of each label times e to the power of a draw.
+Scene with_drawn_moduli(const Scene& scene, double deviation, NormalDraws& random) {
+  std::map<int, double> factors;
+  for (const int label : scene.labels.values) {
+    factors.emplace(label, 1.0);
+  }
+  for (auto& [label, factor] : factors) { // in the order of labels
+    factor = portable_exp(deviation * random());
+  }
+  Scene drawn = scene;
+  for (std::size_t site = 0; site < scene.labels.values.size(); ++site) {
+    float& modulus = drawn.full.modulus.values[site];
+    modulus = static_cast<float>(modulus * factors.at(scene.labels.values[site]));
+  }
+  set_inverse_modulus(drawn.full);
+  return drawn;
+}
+
+/// The scene's level, whose springs are at rest there.
+Level resting_at(const Level& level, const VectorField& rest) {
+  Level drawn = level;
+  drawn.target = rest;
+  return drawn;
+}
+
+void add_to(VectorField& field, const VectorField& other, float sign) {
+  for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
+    std::ranges::transform(field[axis], other[axis], field[axis].begin(),
+                           [&](float one, float more) { return one + sign * more; });
+  }
+}
+
+} // namespace
+
+VectorField prior_forces(const Scene& scene, NormalDraws& random) {
+  const Level& full = scene.full;
+  const Extent extent = full.extent;
+  const std::size_t axes = extent.axes();
+  const std::size_t corners = std::size_t{1} << axes;
+  const CellForces draw(axes, scene.elastic.poisson, full.sides);
+  const double size = std::sqrt(point_over_voxel(scene));
+  DoubleField force;
+  force.extent = extent;
+  for (std::size_t axis = 0; axis < axes; ++axis) {
+    force[axis].assign(extent.sites(), 0.0);
+  }
+  const auto bit = [](std::size_t corner, std::size_t axis) { return static_cast<int>(corner >> axis & 1U); };
+  for_each_site(
+      {extent.width - 1, extent.height - 1, std::max(extent.depth - 1, 1)}, [&](int x, int y, int z) {
+        std::array<std::size_t, 8> sites{};
+        double square = 0.0; // of the modulus, mean over the Gauss points
+        for (std::size_t corner = 0; corner < corners; ++corner) {
+          sites[corner] = extent.index(x + bit(corner, 0), y + bit(corner, 1), z + bit(corner, 2));
+          square += std::pow(double{full.modulus.values[sites[corner]]}, 2) / static_cast<double>(corners);
+        }
+        std::array<double, 24> forces{};
+        draw(random, forces);
+        for (std::size_t corner = 0; corner < corners; ++corner) {
+          for (std::size_t axis = 0; axis < axes; ++axis) {
+            force[axis][sites[corner]] += size * std::sqrt(square) * forces[axes * corner + axis];
+          }
+        }
+      });
+  return force.to_float();
+}
+
+Disturbance draw_disturbance(const Scene& scene, NormalDraws& random) {
+  const Level& full = scene.full;
+  const Extent extent = full.extent;
+  Disturbance drawn{VectorField(extent), prior_forces(scene, random)};
+  if (!has_springs(full)) {
+    return drawn;
+  }
+  ScalarField of_points(extent); // weights
+  DoubleField pulls(drawn.rest); // weights times errors
+  for (const KnownPoint& point : scene.points) {
+    if (point.deviation > 0.0) {
+      std::array<double, 3> error{};
+      std::ranges::generate(error, [&] { return point.deviation * random(); });
+      for (const auto& [at, weight] : point_springs(point, extent, full.sides, scene.spacing)) {
+        const std::size_t site = extent.index(at[0], at[1], at[2]);
+        of_points.values[site] += static_cast<float>(weight);
+        for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+          pulls[axis][site] += weight * error[axis];
+        }
+      }
+    }
+  }
+  constexpr double rounding = 1e-5; // of a weight that went through a confidence
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    for (std::size_t site = 0; site < extent.sites(); ++site) {
+      if (const double weight = weight_of_confidence(full.confidence[axis][site]); weight > 0.0) {
+        const double others = weight - double{of_points.values[site]};
+        const double pull = others > rounding * weight ? std::sqrt(others) * random() : 0.0;
+        drawn.rest[axis][site] = static_cast<float>((pulls[axis][site] + pull) / weight);
+      }
+    }
+  }
+  return drawn;
+}
+
+void require_spread(const Scene& scene, const SpreadRequest& request) {
+  if (!scene.energy->is_of_cells()) {
+    throw InputError(
+        "--uncertainty is for the elastic energy, whose field follows from deviations and moduli; "
+        "give --energy elastic");
+  }
+  if (request.moduli > 0.0 && scene.labels.values.empty()) {
+    throw InputError(fmt::format(
+        "--uncertain-moduli draws one factor for each label, and {} has none (an image of moduli, "
+        "or more than 4096 x 4096 sites)",
+        scene.name));
+  }
+}
+
+Spread spread_of(const Scene& scene, const VectorField& solution, const SpreadRequest& request,
+                 Solver& solver, Progress& progress) {
+  require_spread(scene, request);
+  if (const std::optional<Scene> scaled = with_safe_moduli(scene)) {
+    return spread_of(*scaled, solution, request, solver, progress);
+  }
+  ElasticSession& session = solver.elastic();
+  Moments moments(scene.extent());
+  std::optional<ElasticSolver> certain;
+  for (int number = 0; number < request.draws; ++number) {
+    progress.describe(fmt::format("{}: how sure is it? {} of {}", scene.name, number + 1, request.draws));
+    NormalDraws random(request.seed, static_cast<std::uint32_t>(number));
+    if (request.moduli > 0.0) {
+      const Scene drawn = with_drawn_moduli(scene, request.moduli, random);
+      ElasticSolver elastic(drawn.full, drawn.elastic, session);
+      VectorField way = solve_to_share(0.1 * enough, most_steps, drawn.full, elastic);
+      add_to(way, solution, -1.0F);
+      const Disturbance by = draw_disturbance(drawn, random);
+      elastic.disturb(drawn.full, drawn.elastic.poisson, by);
+      add_to(way, solve_to_share(enough, most_steps, resting_at(drawn.full, by.rest), elastic), 1.0F);
+      moments.add(way);
+      continue;
+    }
+    if (!certain) {
+      certain.emplace(scene.full, scene.elastic, session);
+    }
+    const Disturbance by = draw_disturbance(scene, random);
+    certain->disturb(scene.full, scene.elastic.poisson, by);
+    moments.add(solve_to_share(enough, most_steps, resting_at(scene.full, by.rest), *certain));
+  }
+  Spread spread{moments.mean_from(solution), moments.deviation(), {}};
+  spread.least_certain = least_certain(scene, spread.deviation);
+  return spread;
+}
+
+} // namespace hdmbench

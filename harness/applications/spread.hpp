@@ -1,0 +1,59 @@
+#pragma once
+
+#include "harness/applications/normal_draws.hpp"
+#include "harness/scene/scene.hpp"
+#include "harness/solve/methods/elastic.hpp"
+#include "harness/solve/methods/solver.hpp"
+#include "harness/solve/progress.hpp"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+
+/// How sure is a displacement? Each draw is a way in which it may be wrong. It has a force in the tissue that
+/// the model does not know, and errors of what was measured; the field that both make is what the solution is
+/// away from the truth. The standard deviation of these fields is that of the error, exactly so (the
+/// equations are linear) where the truth is what such forces make of the tissue. The prior is the energy's
+/// own: a force is what random stresses of every cell make, whose energy is on average as much in a cell as
+/// the spring of a point with a deviation has where it is wrong by its deviation (point_springs()).
+namespace hdmbench {
+
+struct SpreadRequest {
+  int draws = 20;         ///< at least 2
+  std::uint32_t seed = 0; ///< draw i of a seed is the same for any number of draws
+  double moduli = 0.0;    ///< deviation of the logarithm of each label's modulus; 0: they are certain
+};
+
+/// Where to measure next: the block of tissue where the field is least certain.
+struct LeastCertain {
+  std::array<double, 3> at{}; ///< its middle, sites
+  double deviation = 0.0;     ///< pixels: root of the mean over the block of the variance of the displacement
+};
+
+struct Spread {
+  VectorField mean;      ///< of the displacements that are drawn, pixels
+  VectorField deviation; ///< of each component, pixels
+  LeastCertain least_certain;
+};
+
+/// Returns forces whose covariance is that of the elastic prior: the stiffness of each cell, times its
+/// modulus and 1 mm^3 (of an image mm^2). A body of one modulus that only they move, has a displacement with
+/// the probability exp(-energy / (modulus * 1 mm^3)). In MPa * thickness or voxel, pixels of area or
+/// volume 1.
+[[nodiscard]] VectorField prior_forces(const Scene& scene, NormalDraws& random);
+
+/// Returns prior_forces(), and where springs are at rest by errors of what they hold: one for every point
+/// with a deviation, one for every component of every other site with a confidence below 1.
+[[nodiscard]] Disturbance draw_disturbance(const Scene& scene, NormalDraws& random);
+
+/// Returns mean and deviation over the draws of `request`, which are solved on the solver's session: the
+/// hierarchy is made once where moduli are certain, else for every draw. `solution` is the scene's
+/// displacement. The same bits on every machine and backend. Throws InputError where the scene's energy is
+/// not one of cells, and where `request` draws moduli and the scene has no labels.
+[[nodiscard]] Spread spread_of(const Scene& scene, const VectorField& solution, const SpreadRequest& request,
+                               Solver& solver, Progress& progress);
+
+/// Throws InputError as spread_of() does, before anything is solved.
+void require_spread(const Scene& scene, const SpreadRequest& request);
+
+} // namespace hdmbench
