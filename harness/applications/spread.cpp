@@ -218,10 +218,11 @@ Scene with_drawn_moduli(const Scene& scene, double deviation, NormalDraws& rando
   return drawn;
 }
 
-/// The scene's level, whose springs are at rest there.
+/// The scene's level, whose springs are at rest there; what loads do is part of the solution already.
 Level resting_at(const Level& level, const VectorField& rest) {
   Level drawn = level;
   drawn.target = rest;
+  drawn.force = {};
   return drawn;
 }
 
