@@ -13,7 +13,11 @@ import threading
 import time
 import unittest
 
-import numpy as np
+try:
+    import numpy as np
+except ImportError:
+    print("NumPy (python3-numpy) is not installed")
+    sys.exit(77)
 
 import hdmbench
 from files import read_nrrd, run, solved, write_nrrd

@@ -5,6 +5,16 @@
     result.displacement       # millimetres, a vector for every voxel
 """
 
-from ._hdmbench import Inverse, Result, __version__, backends, scenes, solve, verify
+import os
+
+# Threads that wait give their processor away, as those of the program do. OpenMP reads it when it is loaded.
+_asks_to_wait = "GOMP_SPINCOUNT" not in os.environ and "OMP_WAIT_POLICY" not in os.environ
+if _asks_to_wait:
+    os.environ["GOMP_SPINCOUNT"] = "1000"
+
+from ._hdmbench import Inverse, Result, __version__, backends, scenes, solve, verify  # noqa: E402
+
+if _asks_to_wait:
+    del os.environ["GOMP_SPINCOUNT"]
 
 __all__ = ["Inverse", "Result", "backends", "scenes", "solve", "verify"]
