@@ -200,7 +200,22 @@ LeastCertain least_certain(const Scene& scene, const VectorField& deviation) {
   return found;
 }
 
-/// Returns the scene with the modulus of each label times e to the power of a draw.
+/// The scene's level, whose springs are at rest there.
+Level resting_at(const Level& level, const VectorField& rest) {
+  Level drawn = level;
+  drawn.target = rest;
+  return drawn;
+}
+
+void add_to(VectorField& field, const VectorField& other, float sign) {
+  for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
+    std::ranges::transform(field[axis], other[axis], field[axis].begin(),
+                           [&](float one, float more) { return one + sign * more; });
+  }
+}
+
+} // namespace
+
 Scene with_drawn_moduli(const Scene& scene, double deviation, NormalDraws& random) {
   std::map<int, double> factors;
   for (const int label : scene.labels.values) {
@@ -217,22 +232,6 @@ Scene with_drawn_moduli(const Scene& scene, double deviation, NormalDraws& rando
   set_inverse_modulus(drawn.full);
   return drawn;
 }
-
-/// The scene's level, whose springs are at rest there.
-Level resting_at(const Level& level, const VectorField& rest) {
-  Level drawn = level;
-  drawn.target = rest;
-  return drawn;
-}
-
-void add_to(VectorField& field, const VectorField& other, float sign) {
-  for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
-    std::ranges::transform(field[axis], other[axis], field[axis].begin(),
-                           [&](float one, float more) { return one + sign * more; });
-  }
-}
-
-} // namespace
 
 VectorField prior_forces(const Scene& scene, NormalDraws& random) {
   const Level& full = scene.full;
@@ -324,6 +323,7 @@ Spread spread_of(const Scene& scene, const VectorField& solution, const SpreadRe
   ElasticSession& session = solver.elastic();
   Moments moments(scene.extent());
   std::optional<ElasticSolver> certain;
+  progress.set_total(0.0); // the number of the draw says how far it is
   for (int number = 0; number < request.draws; ++number) {
     progress.describe(fmt::format("{}: how sure is it? {} of {}", scene.name, number + 1, request.draws));
     NormalDraws random(request.seed, static_cast<std::uint32_t>(number));
