@@ -30,9 +30,9 @@ struct Element {
 /// Reads one element and advances `rest` behind it. What is no XML throws.
 // NOLINTNEXTLINE(misc-no-recursion)
 Element read_element(std::string& rest) {
-  static const std::regex begin(R"(\s*<([a-z-]+)((?: [a-zA-Z]+="[^"<>]*")*)>)");
-  static const std::regex attribute(R"( ([a-zA-Z]+)="([^"]*)") ");
-      std::smatch found;
+  static const std::regex begin(R"re(\s*<([a-z-]+)((?: [a-zA-Z]+="[^"<>]*")*)>)re");
+  static const std::regex attribute(R"re( ([a-zA-Z]+)="([^"]*)")re");
+  std::smatch found;
   if (!std::regex_search(rest, found, begin, std::regex_constants::match_continuous)) {
     throw InputError("no element at: " + rest.substr(0, 80));
   }

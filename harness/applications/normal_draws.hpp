@@ -45,6 +45,9 @@ public:
   /// The draws of a seed and a stream are independent of those of any other seed or stream.
   NormalDraws(std::uint32_t seed, std::uint32_t stream) : engine_((std::uint64_t{seed} << 32U) + stream) {}
 
+  /// Returns a number in [0, 1), a multiple of 2^-53.
+  [[nodiscard]] double uniform() { return static_cast<double>(engine_() >> 11U) * 0x1p-53; }
+
   [[nodiscard]] double operator()() {
     if (has_second_) {
       has_second_ = false;
@@ -65,9 +68,6 @@ public:
   }
 
 private:
-  /// Returns a number in [0, 1), a multiple of 2^-53.
-  [[nodiscard]] double uniform() { return static_cast<double>(engine_() >> 11U) * 0x1p-53; }
-
   std::mt19937_64 engine_;
   double second_ = 0.0;
   bool has_second_ = false;

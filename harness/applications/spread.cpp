@@ -200,24 +200,6 @@ LeastCertain least_certain(const Scene& scene, const VectorField& deviation) {
   return found;
 }
 
-/// Returns the scene with the modulus of each label times e to the power of a draw.
-Scene with_drawn_moduli(const Scene& scene, double deviation, NormalDraws& random) {
-  std::map<int, double> factors;
-  for (const int label : scene.labels.values) {
-    factors.emplace(label, 1.0);
-  }
-  for (auto& [label, factor] : factors) { // in the order of labels
-    factor = portable_exp(deviation * random());
-  }
-  Scene drawn = scene;
-  for (std::size_t site = 0; site < scene.labels.values.size(); ++site) {
-    float& modulus = drawn.full.modulus.values[site];
-    modulus = static_cast<float>(modulus * factors.at(scene.labels.values[site]));
-  }
-  set_inverse_modulus(drawn.full);
-  return drawn;
-}
-
 /// The scene's level, whose springs are at rest there; what loads do is part of the solution already.
 Level resting_at(const Level& level, const VectorField& rest) {
   Level drawn = level;
@@ -234,6 +216,23 @@ void add_to(VectorField& field, const VectorField& other, float sign) {
 }
 
 } // namespace
+
+Scene with_drawn_moduli(const Scene& scene, double deviation, NormalDraws& random) {
+  std::map<int, double> factors;
+  for (const int label : scene.labels.values) {
+    factors.emplace(label, 1.0);
+  }
+  for (auto& [label, factor] : factors) { // in the order of labels
+    factor = portable_exp(deviation * random());
+  }
+  Scene drawn = scene;
+  for (std::size_t site = 0; site < scene.labels.values.size(); ++site) {
+    float& modulus = drawn.full.modulus.values[site];
+    modulus = static_cast<float>(modulus * factors.at(scene.labels.values[site]));
+  }
+  set_inverse_modulus(drawn.full);
+  return drawn;
+}
 
 VectorField prior_forces(const Scene& scene, NormalDraws& random) {
   const Level& full = scene.full;
@@ -325,6 +324,7 @@ Spread spread_of(const Scene& scene, const VectorField& solution, const SpreadRe
   ElasticSession& session = solver.elastic();
   Moments moments(scene.extent());
   std::optional<ElasticSolver> certain;
+  progress.set_total(0.0); // the number of the draw says how far it is
   for (int number = 0; number < request.draws; ++number) {
     progress.describe(fmt::format("{}: how sure is it? {} of {}", scene.name, number + 1, request.draws));
     NormalDraws random(request.seed, static_cast<std::uint32_t>(number));

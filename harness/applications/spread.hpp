@@ -36,6 +36,9 @@ struct Spread {
   LeastCertain least_certain;
 };
 
+/// Returns the scene with the modulus of each of its labels times e to the power of a draw of that deviation.
+[[nodiscard]] Scene with_drawn_moduli(const Scene& scene, double deviation, NormalDraws& random);
+
 /// Returns forces whose covariance is that of the elastic prior: the stiffness of each cell, times its
 /// modulus and 1 mm^3 (of an image mm^2). A body of one modulus that only they move, has a displacement with
 /// the probability exp(-energy / (modulus * 1 mm^3)). In MPa * thickness or voxel, pixels of area or

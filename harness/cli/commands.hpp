@@ -162,6 +162,6 @@ using AddCommand = void(CLI::App& program, Call& call);
 AddCommand add_devices, add_methods, add_run, add_register, add_detect, add_rivals, add_verify,
     add_implementations, add_machine_code, add_probe, add_browser, add_golden, add_accuracy, add_continuum,
     add_faults, add_atlas, add_tradeoff, add_bench, add_report, add_export, add_fem_to_image,
-    add_positions_to_displacements, add_energy_plot, add_tune, add_scenes, add_warp;
+    add_positions_to_displacements, add_energy_plot, add_tune, add_scenes, add_warp, add_dataset;
 
 } // namespace hdmbench::commands

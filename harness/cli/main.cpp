@@ -95,7 +95,7 @@ void add_commands(CLI::App& program, commands::Call& call) {
     std::initializer_list<AddCommand*> commands;
   };
   for (const Group& group : std::initializer_list<Group>{
-           {"Solve", {add_run, add_register, add_detect, add_warp}},
+           {"Solve", {add_run, add_register, add_detect, add_warp, add_dataset}},
            {"Check",
             {add_verify, add_probe, add_implementations, add_machine_code, add_golden, add_faults,
              add_browser}},

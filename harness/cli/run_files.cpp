@@ -108,6 +108,16 @@ std::vector<std::string> file_names(const Scene& scene, const std::string& exten
   return names;
 }
 
+Inverse write_inverse(const std::filesystem::path& file, const Scene& scene,
+                      const VectorField& displacement) {
+  const std::optional<VectorField> steps = in_steps(displacement, scene.full.sides);
+  Inverse inverse = invert(steps ? *steps : displacement);
+  to_lengths(inverse.displacement, scene.full.sides);
+  write_displacement(file, inverse.displacement, scene.spacing, scene.placement, scene.oblong,
+                     Mapping::backward);
+  return inverse;
+}
+
 FilesOfRun::FilesOfRun(std::filesystem::path folder, std::vector<std::string> files,
                        std::filesystem::path transform, const Scene& scene, const VectorField& displacement)
     : folder_(std::move(folder)), files_(std::move(files)), transform_(std::move(transform)) {
@@ -129,11 +139,9 @@ FilesOfRun::FilesOfRun(std::filesystem::path folder, std::vector<std::string> fi
     });
   }
   if (!transform_.empty()) {
-    inverse_ = std::async(std::launch::async, [&, pixel] {
+    inverse_ = std::async(std::launch::async, [&] {
       const Clock clock;
-      Inverse inverse = invert(displacement, pixel);
-      write_displacement(transform_, inverse.displacement, scene.spacing, scene.placement, scene.oblong,
-                         Mapping::backward);
+      Inverse inverse = write_inverse(transform_, scene, displacement);
       inverse.displacement = {};
       return std::pair(clock.seconds(), std::move(inverse));
     });

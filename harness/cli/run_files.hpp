@@ -19,6 +19,10 @@ namespace hdmbench::commands {
 [[nodiscard]] std::vector<std::string> file_names(const Scene& scene, const std::string& extension,
                                                   bool with_pictures);
 
+/// Writes the displacement that leads back, to 0.01 pixels, and returns it, in pixels. Throws as
+/// write_displacement() and invert().
+Inverse write_inverse(const std::filesystem::path& file, const Scene& scene, const VectorField& displacement);
+
 /// The files of a run, which threads write while the object lives: one the field, one the pictures, one the
 /// transform.
 class FilesOfRun {

@@ -29,12 +29,6 @@ const Option<OutputFile>
 const Option<OutputFile>
     mean_file("--mean", "Of --uncertainty: write the mean displacement, as --output has it", Content::image);
 
-/// Millimetres, LPS, of a place among the sites.
-Placement::Vector place_of(const Scene& scene, const std::array<double, 3>& at) {
-  const auto way = [&](std::size_t axis) { return at[axis] * scene.full.sides[axis] * scene.spacing; };
-  return scene.placement.moved(way(0), way(1), way(2)).origin;
-}
-
 /// The length of the deviations of all components, mm.
 ScalarField spread_in_mm(const Scene& scene, const Spread& how_sure) {
   ScalarField field = magnitude_of(how_sure.deviation);
@@ -53,6 +47,11 @@ double root_mean_square(const ScalarField& field) {
 }
 
 } // namespace
+
+Placement::Vector place_of(const Scene& scene, const std::array<double, 3>& at) {
+  const auto way = [&](std::size_t axis) { return at[axis] * scene.full.sides[axis] * scene.spacing; };
+  return scene.placement.moved(way(0), way(1), way(2)).origin;
+}
 
 Options spread_options() {
   return {uncertainty, uncertain_moduli, spread_file, mean_file};

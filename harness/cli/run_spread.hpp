@@ -10,6 +10,9 @@
 /// How sure `run` is of its displacement.
 namespace hdmbench::commands {
 
+/// Returns where a place among the sites lies in the patient, mm (LPS).
+[[nodiscard]] Placement::Vector place_of(const Scene& scene, const std::array<double, 3>& at);
+
 /// The options --uncertainty, --uncertain-moduli, --spread and --mean.
 [[nodiscard]] Options spread_options();
 

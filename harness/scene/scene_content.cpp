@@ -264,6 +264,7 @@ toml::table scene_of_labels(const std::filesystem::path& labels, const std::file
                     "its labels",
                     tissues.string()));
   }
+  root.erase("recipe"); // of hdmbench dataset
   root.insert("image", toml::table{{"labels", std::filesystem::absolute(labels).string()}});
   add_usual_keys(root);
   return root;

@@ -138,6 +138,11 @@ const std::array known_keys{
     Key{"points", "file"},
     Key{"points", "before"},
     Key{"points", "after"},
+    Key{"recipe", "points", {}, [](double value) { return value >= 1.0 && value <= 1e4; }, "1 ... 10000"},
+    Key{"recipe", "displacement", {}, is_not_negative, "at least 0 (mm)"},
+    Key{"recipe", "deviation", {}, is_not_negative, "at least 0 (mm)"},
+    Key{"recipe", "moduli", {}, [](double value) { return value >= 0.0 && value <= 5.0; }, "0 ... 5"},
+    Key{"recipe", "labels", {}, is_not_negative, "at least 0"},
     Key{"points", "deviation", of_elastic, is_not_negative, "at least 0 (mm)"},
 };
 

@@ -1,0 +1,75 @@
+// Deformations with a known truth: the same set on every backend, and files that agree with each other.
+
+#include "harness/scene/images/images.hpp"
+#include "harness/scene/points.hpp"
+#include "harness/scene/scene.hpp"
+#include "test/files.hpp"
+#include "test/program.hpp"
+
+namespace hdmbench {
+namespace {
+
+class Dataset : public ImageFiles {
+protected:
+  void SetUp() override {
+    const Extent extent{12, 11, 9};
+    LabelField labels{extent, std::vector<int>(extent.sites(), 0)};
+    ScalarField picture(extent);
+    for_each_site(extent, [&](int x, int y, int z) {
+      const bool is_tissue = x > 1 && x < 10 && y > 1 && y < 9 && z > 1 && z < 7;
+      labels.values[extent.index(x, y, z)] = is_tissue ? 1 + x / 6 : 0;
+      picture.values[extent.index(x, y, z)] = static_cast<float>(10 * x + 3 * y + z);
+    });
+    write_labels(path("labels.nrrd"), labels, 2.0, {.origin = {5.0, -7.0, 1.0}});
+    write_scalar(path("t1.nrrd"), picture, 2.0, {.origin = {5.0, -7.0, 1.0}});
+    (void)write("recipe.toml",
+                "[recipe]\npoints = [2, 4]\ndisplacement = [1.0, 3.0]\ndeviation = 0.5\nmoduli = 0.3\n"
+                "[[tissue]]\nlabel = 0\nmodulus = 0.5\n[[tissue]]\nlabel = 1\nmodulus = 3.0\n"
+                "[[tissue]]\nlabel = 2\nmodulus = 6.0\n");
+  }
+
+  /// Returns the line with the hash of the set.
+  std::string made(const std::string& more, const std::string& folder) const {
+    const std::string output =
+        test::expect_run(0, fmt::format("dataset {} --recipe {} --count 2 --output {} {}",
+                                        path("labels.nrrd").string(), path("recipe.toml").string(),
+                                        path(folder).string(), more))
+            .output;
+    const std::size_t at = output.find("hash of the set");
+    return at == std::string::npos ? output : output.substr(at);
+  }
+};
+
+TEST_F(Dataset, IsARecipeAndASeed) {
+  const std::string one = made("--backend scalar --seed 4", "one");
+  EXPECT_THAT(one, testing::StartsWith("hash of the set"));
+  EXPECT_EQ(made("--backend openmp --seed 4", "other"), one);
+  EXPECT_EQ(test::files_in(path("one")), test::files_in(path("other")));
+  EXPECT_NE(made("--backend openmp --seed 5", "next"), one);
+  EXPECT_EQ(test::files_in(path("one")).size(), 8U) << "points, field, its way back and labels of each";
+}
+
+/// The field takes the drawn points near to where they were drawn to go, and what it moves is there.
+TEST_F(Dataset, HasFilesThatAgree) {
+  (void)made("--warp " + path("t1.nrrd").string(), "set");
+  const Image<VectorField> field = read_displacement(path("set/0001-field.nrrd"), true);
+  EXPECT_EQ(field.pixels.extent, (Extent{12, 11, 9}));
+  const Scene scene = load_scene(path("labels.nrrd").string(),
+                                 {.tissues = path("recipe.toml"), .points = {path("set/0001-points.csv")}});
+  EXPECT_GE(scene.points.size(), 2U);
+  EXPECT_LE(scene.points.size(), 4U);
+  for (const KnownPoint& point : scene.points) {
+    const double asked = std::hypot(point.target[0], point.target[1], point.target[2]) * scene.spacing;
+    EXPECT_GE(asked, 0.999);
+    EXPECT_LE(asked, 3.001);
+    EXPECT_LT(residual_at(point, field.pixels) * scene.spacing, asked);
+  }
+  test::expect_run(0, fmt::format("warp {} --labels --transform {} --output {}", path("labels.nrrd").string(),
+                                  path("set/0001-back.nrrd").string(), path("again").string()));
+  EXPECT_EQ(read_labels(path("again/labels.nrrd"), {.takes_volumes = true}).pixels.values,
+            read_labels(path("set/0001-labels.nrrd"), {.takes_volumes = true}).pixels.values);
+  EXPECT_TRUE(fs::exists(path("set/0001-moved-t1.nrrd")));
+}
+
+} // namespace
+} // namespace hdmbench
