@@ -95,8 +95,10 @@ void require_spread(const Call& call, const Scene& scene, const SpreadOfRun& how
           fmt::format("{}: a deviation is no transform; take .nrrd, .mha or .nii.gz", file->string()));
     }
     for (const std::string& name : names) {
-      if (std::filesystem::weakly_canonical(*file) ==
-          std::filesystem::weakly_canonical(call[option::output] / name)) {
+      const auto whole = [](const std::filesystem::path& path) { // of "a" and "./a", neither there, the same
+        return std::filesystem::weakly_canonical(std::filesystem::absolute(path));
+      };
+      if (whole(*file) == whole(call[option::output] / name)) {
         throw InputError(fmt::format("{} is what run writes anyway; give --spread and --mean other names",
                                      file->string()));
       }
