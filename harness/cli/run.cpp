@@ -325,13 +325,7 @@ void require_files(const Call& call, const Scene& scene, std::vector<std::string
     return;
   }
   require_displacement_name(call[transform], scene.extent());
-  for (const std::string& name : names) {
-    if (std::filesystem::weakly_canonical(call[transform]) ==
-        std::filesystem::weakly_canonical(call[option::output] / name)) {
-      throw InputError(fmt::format("{} is what run writes anyway; give --transform another name",
-                                   call[transform].string()));
-    }
-  }
+  require_own_name(call[transform], "--transform", call[option::output], names);
 }
 
 /// Returns file_names(). Throws InputError where what is asked for cannot be written, or told, before

@@ -108,6 +108,19 @@ std::vector<std::string> file_names(const Scene& scene, const std::string& exten
   return names;
 }
 
+void require_own_name(const std::filesystem::path& file, std::string_view option,
+                      const std::filesystem::path& folder, const std::vector<std::string>& names) {
+  const auto whole = [](const std::filesystem::path& path) {
+    return std::filesystem::weakly_canonical(std::filesystem::absolute(path));
+  };
+  for (const std::string& name : names) {
+    if (whole(file) == whole(folder / name)) {
+      throw InputError(
+          fmt::format("{} is what run writes anyway; give {} another name", file.string(), option));
+    }
+  }
+}
+
 Inverse write_inverse(const std::filesystem::path& file, const Scene& scene,
                       const VectorField& displacement) {
   const std::optional<VectorField> steps = in_steps(displacement, scene.full.sides);

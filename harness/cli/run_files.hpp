@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <future>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -18,6 +19,12 @@ namespace hdmbench::commands {
 /// pictures, where there are to be any.
 [[nodiscard]] std::vector<std::string> file_names(const Scene& scene, const std::string& extension,
                                                   bool with_pictures);
+
+/// Throws InputError where `file`, of `option`, is one of those that run writes into its folder anyway; "a"
+/// and
+/// "./a" are one file, there or not.
+void require_own_name(const std::filesystem::path& file, std::string_view option,
+                      const std::filesystem::path& folder, const std::vector<std::string>& names);
 
 /// Writes the displacement that leads back, to 0.01 pixels, and returns it, in pixels. Throws as
 /// write_displacement() and invert().

@@ -1,5 +1,6 @@
 #include "harness/cli/run_spread.hpp"
 
+#include "harness/cli/run_files.hpp"
 #include "harness/scene/points.hpp"
 
 #include <array>
@@ -94,15 +95,7 @@ void require_spread(const Call& call, const Scene& scene, const SpreadOfRun& how
       throw InputError(
           fmt::format("{}: a deviation is no transform; take .nrrd, .mha or .nii.gz", file->string()));
     }
-    for (const std::string& name : names) {
-      const auto whole = [](const std::filesystem::path& path) { // of "a" and "./a", neither there, the same
-        return std::filesystem::weakly_canonical(std::filesystem::absolute(path));
-      };
-      if (whole(*file) == whole(call[option::output] / name)) {
-        throw InputError(fmt::format("{} is what run writes anyway; give --spread and --mean other names",
-                                     file->string()));
-      }
-    }
+    require_own_name(*file, file == &call[mean_file] ? "--mean" : "--spread", call[option::output], names);
   }
 }
 
