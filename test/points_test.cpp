@@ -108,14 +108,14 @@ TEST_F(Points, ThatAreCertainAreMetBetweenTheSites) {
   }
 }
 
-/// A spring at a site of 2 mm weighs as 1 mm^3 of its 8; what is held stays.
+/// A spring at a site of 2 mm weighs as 15.625 mm^3 over its 8; what is held stays.
 TEST_F(Points, WithADeviationAreSprings) {
   (void)write("pairs.txt", "90 -42 13 1 0 0\n100 -50 7 1 0 0\n");
   const Scene scene = load("[[points]]\nfile = \"pairs.txt\"\ndeviation = 1\n");
   const std::size_t site = scene.extent().index(5, 3, 4);
-  // Half a pixel is 4 times the modulus, 1 mm^3 of 8 an eighth of that; the next sites, 2 mm of 2.5 away,
-  // have a fifth of its share.
-  const double share = 0.5 / std::pow(1.4, 3);
+  // Half a pixel is 4 times the modulus, 15.625 mm^3 over 8 nearly twice that; the next sites, 2 mm of 2.5
+  // away, have a fifth of its share.
+  const double share = 4.0 * 15.625 / 8.0 / std::pow(1.4, 3);
   EXPECT_NEAR(scene.full.confidence[0][site], share / (1.0 + share), 1e-6);
   EXPECT_NEAR(scene.full.confidence[2][site + 1], 0.2 * share / (1.0 + 0.2 * share), 1e-6);
   EXPECT_EQ(scene.full.confidence[2][site + 2], 0.0F);

@@ -21,12 +21,11 @@ constexpr double enough =
     0.01; ///< of a drawn field: what its solution may lack, far below what few draws leave
 constexpr int most_steps = 100;
 
-/// The cubic millimetres that a point stands for over the volume of a voxel; of an image square ones over the
-/// area of a pixel.
+/// The tissue that a point stands for (point_reach) over a voxel, or a pixel.
 double point_over_voxel(const Scene& scene) {
   double ratio = 1.0;
   for (std::size_t axis = 0; axis < scene.extent().axes(); ++axis) {
-    ratio /= scene.full.sides[axis] * scene.spacing;
+    ratio *= point_reach / (scene.full.sides[axis] * scene.spacing);
   }
   return ratio;
 }

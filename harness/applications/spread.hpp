@@ -40,9 +40,9 @@ struct Spread {
 [[nodiscard]] Scene with_drawn_moduli(const Scene& scene, double deviation, NormalDraws& random);
 
 /// Returns forces whose covariance is that of the elastic prior: the stiffness of each cell, times its
-/// modulus and 1 mm^3 (of an image mm^2). A body of one modulus that only they move, has a displacement with
-/// the probability exp(-energy / (modulus * 1 mm^3)). In MPa * thickness or voxel, pixels of area or
-/// volume 1.
+/// modulus and the tissue that a point stands for (point_reach). A body of one modulus that only they move,
+/// has a displacement with the probability exp(-energy / (modulus * 15.6 mm^3)), of an image 6.25 mm^2. In
+/// MPa * thickness or voxel, pixels of area or volume 1.
 [[nodiscard]] VectorField prior_forces(const Scene& scene, NormalDraws& random);
 
 /// Returns prior_forces(), and where springs are at rest by errors of what they hold: one for every point

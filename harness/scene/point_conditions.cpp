@@ -97,7 +97,7 @@ std::vector<PointSpring> point_springs(const KnownPoint& point, Extent extent,
         sum += share;
       }
     }
-    weight /= side * sum;
+    weight *= point_reach / (side * sum);
   }
   std::vector<PointSpring> springs;
   for (const auto& [z, of_z] : reach[2]) {

@@ -51,12 +51,14 @@ struct PointSpring {
   double weight = 0.0; ///< so many times the modulus of the site: its stiffness as spring_stiffness() has it
 };
 /// How far from a point its spring reaches, millimetres, where the pixels are not wider. A pull at one place
-/// would move the tissue there the farther the smaller its pixels are.
+/// would move the tissue there the farther the smaller its pixels are. A cube of that side, 15.6 mm^3, is the
+/// tissue that a point stands for, in an image the square.
 inline constexpr double point_reach = 2.5;
 /// Returns the springs that a point with a deviation above 0 puts on the sites around it. Together they weigh
-/// as 1 mm^3 of tissue, in an image 1 mm^2 of the sheet: as stiff as modulus * 1 mm^3 / deviation^2 (MPa, mm:
-/// N / mm) at whatever size of the pixels, `spacing` millimetres of the shortest side. They fall linearly to
-/// 0 at point_reach, or at the next site where that is farther.
+/// as the tissue that it stands for: as stiff as modulus * 15.6 mm^3 / deviation^2 (MPa, mm: N / mm), in an
+/// image modulus * 6.25 mm^2 / deviation^2 times the thickness, at whatever size of the pixels, `spacing`
+/// millimetres of the shortest side. They fall linearly to 0 at point_reach, or at the next site where that
+/// is farther.
 [[nodiscard]] std::vector<PointSpring> point_springs(const KnownPoint& point, Extent extent,
                                                      const std::array<double, 3>& sides, double spacing);
 
