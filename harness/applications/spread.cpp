@@ -114,9 +114,9 @@ private:
 };
 
 /// Sums of the ways that are drawn, pixels, and of their squares, by component.
-class Moments {
+class SumsOfDraws {
 public:
-  explicit Moments(Extent extent) : sum_(extent), squares_(extent) {}
+  explicit SumsOfDraws(Extent extent) : sum_(extent), squares_(extent) {}
 
   void add(const VectorField& way) {
     ++count_;
@@ -321,7 +321,7 @@ Spread spread_of(const Scene& scene, const VectorField& solution, const SpreadRe
     return spread_of(*scaled, solution, request, solver, progress);
   }
   ElasticSession& session = solver.elastic();
-  Moments moments(scene.extent());
+  SumsOfDraws moments(scene.extent());
   std::optional<ElasticSolver> certain;
   progress.set_total(0.0); // the number of the draw says how far it is
   for (int number = 0; number < request.draws; ++number) {
