@@ -49,6 +49,14 @@ TEST_F(Dataset, IsARecipeAndASeed) {
   EXPECT_EQ(test::files_in(path("one")).size(), 8U) << "points, field, its way back and labels of each";
 }
 
+TEST_F(Dataset, ARecipeIsATable) {
+  (void)write("number.toml", "recipe = 3\n[[tissue]]\nlabel = 0\nmodulus = 1\n");
+  test::expect_run(2,
+                   fmt::format("dataset {} --recipe {} --output {}", path("labels.nrrd").string(),
+                               path("number.toml").string(), path("none").string()),
+                   testing::HasSubstr("has no [recipe], which says what is drawn"));
+}
+
 /// The field takes the drawn points near to where they were drawn to go, and what it moves is there.
 TEST_F(Dataset, HasFilesThatAgree) {
   (void)made("--warp " + path("t1.nrrd").string(), "set");

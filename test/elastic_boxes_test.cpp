@@ -14,6 +14,7 @@
 namespace hdmbench {
 namespace {
 
+using test::converged;
 using test::elastic_level;
 using test::Held;
 using test::Tissue;
@@ -30,16 +31,6 @@ Level box_level(Extent extent, Tissue tissue, Held held, double contrast, std::a
   return level;
 }
 
-/// By conjugate gradients until they end.
-VectorField solved(const Level& level, const ElasticModel& model) {
-  const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
-  ElasticSolver solver(level, model, *session);
-  solver.full_multigrid();
-  for (int i = 0; i < 400 && !solver.conjugate_gradients().ended; ++i) {
-  }
-  return solver.displacement();
-}
-
 /// Targets reach 5 pixels: to a millionth of them.
 TEST(ElasticBoxes, AsFiniteElementsHaveThem) {
   for (const Extent extent : {Extent{33, 28}, {9, 8, 11}}) {
@@ -50,7 +41,7 @@ TEST(ElasticBoxes, AsFiniteElementsHaveThem) {
           const Level level = box_level(extent, Tissue::inclusion, held, 10.0, sides);
           const ReferenceField truth =
               solve_finite_elements(elastic_problem(level), ElementRule::of(extent, model));
-          EXPECT_LT(rmsd(ReferenceField(solved(level, model)), truth), 5e-6)
+          EXPECT_LT(rmsd(ReferenceField(converged(level, model)), truth), 5e-6)
               << extent.text() << " of " << fmt::format("{}", fmt::join(level.sides, " x ")) << ", held "
               << static_cast<int>(held) << ", Poisson's ratio " << model.poisson;
         }
@@ -72,7 +63,7 @@ TEST(ElasticBoxes, CyclesKnowHowFarTheyAreFromTheEnd) {
       use_energy(scene, energy_near(ReferenceSolution::finite_elements));
       const Solution cycles = test::solved(scene, "openmp");
       const double left =
-          rmsd(ReferenceField(cycles.displacement), ReferenceField(solved(scene.full, scene.elastic)));
+          rmsd(ReferenceField(cycles.displacement), ReferenceField(converged(scene.full, scene.elastic)));
       ASSERT_TRUE(cycles.estimated_error) << name;
       EXPECT_LT(left, 3.0 * *cycles.estimated_error) << name << ", sides " << sides[0] << " x " << sides[1];
       EXPECT_GT(left, *cycles.estimated_error / 3.0) << name << ", sides " << sides[0] << " x " << sides[1];
@@ -87,7 +78,7 @@ TEST(ElasticBoxes, SpringsPullThemAsTheyPullFiniteElements) {
       const Level level = box_level(extent, Tissue::inclusion, Held::springs, 10.0, sides);
       const ReferenceField truth =
           solve_finite_elements(elastic_problem(level), ElementRule::of(extent, 0.3));
-      EXPECT_LT(rmsd(ReferenceField(solved(level, 0.3)), truth), 5e-5)
+      EXPECT_LT(rmsd(ReferenceField(converged(level, 0.3)), truth), 5e-5)
           << extent.text() << " of " << fmt::format("{}", fmt::join(level.sides, " x "));
     }
   }
@@ -118,7 +109,7 @@ TEST(ElasticBoxes, KeepUniformStrains) {
           level.confidence[axis][at] = is_outermost ? 1.0F : 0.0F;
         }
       });
-      EXPECT_LT(rmsd(ReferenceField(solved(level, 0.3)), ReferenceField(level.target)), 1e-6)
+      EXPECT_LT(rmsd(ReferenceField(converged(level, 0.3)), ReferenceField(level.target)), 1e-6)
           << extent.text();
     }
   }

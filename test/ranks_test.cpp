@@ -73,12 +73,18 @@ TEST_F(RankProgram, WritesTheFileOfOneProcessByteForByte) {
 }
 
 TEST_F(RankProgram, VolumesAreThoseOfOneProcess) {
+  const fs::path loads = folder_.write(
+      "loads.toml", "energy = \"elastic\"\nsize = [17, 13, 25]\nspacing = [1.0, 1.0, 2.0]\n[[shape]]\n"
+                    "kind = \"everything\"\nlabel = 1\n[[tissue]]\nlabel = 1\nmodulus = 0.003\ngray = 9\n"
+                    "density = 1000\n[[condition]]\nwhere = \"front\"\ndx = 0\ndy = 0\ndz = 0\n"
+                    "[[load]]\ngravity = [2.0, 0.0, 9.81]\n");
   expect_files_of_one_process(
       {{"ball", "--size 9x30x22", 6},
        {"cube", "--size 5x7x33 --update coloured", 4}, // layers: the last one has a slice more
        {"cube", "--size 13x12x9 --method annealing --iterations 20 --seed 7", 3},
        {"ball", "--size 33x18x27 --energy elastic", 4},
        {"random", "--size 20x19x36 --energy elastic --method conjugate-gradients --iterations 2", 6},
+       {loads.string(), "", 3},
        {"cube", "--size 12x13x25", 3, "openmp+opencl+vulkan-compute"},
        {"ball", "--size 17x13x25 --energy elastic", 3, "openmp+vulkan-compute+gl-compute"}});
 }

@@ -2,6 +2,7 @@
 
 #include "backends/registry.hpp"
 #include "harness/check/compare.hpp"
+#include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/solve.hpp"
 #include "test/random_level.hpp"
@@ -93,6 +94,16 @@ inline VectorField swept(const Problem& problem, int sweeps) {
 
 inline Solution solved(const Scene& scene, std::string_view backend = "scalar") {
   return Solver(find(backend), {}).solve(scene, silent(), {.last_changed = true});
+}
+
+/// The elastic field of a level, by conjugate gradients on openmp until they end.
+inline VectorField converged(const Level& level, const ElasticModel& model) {
+  const auto session = find("openmp").open_elastic({.device = {}, .threads = 2});
+  ElasticSolver solver(level, model, *session);
+  solver.full_multigrid();
+  for (int i = 0; i < 400 && !solver.conjugate_gradients().ended; ++i) {
+  }
+  return solver.displacement();
 }
 
 } // namespace hdmbench::test

@@ -2,6 +2,7 @@
 
 #include "harness/scene/method.hpp"
 #include "harness/scene/points.hpp"
+#include "kernels/data/elastic/set_up.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -34,9 +35,8 @@ double point_over_voxel(const Scene& scene) {
 /// Fewer draws than components, as motions without strain have no force.
 class CellForces {
 public:
-  CellForces(std::size_t axes, double poisson, const std::array<double, 3>& sides)
-      : axes_(axes), size_(axes << axes) {
-    std::vector<double> matrix = stiffness(poisson, sides);
+  CellForces(const Level& full, const ElasticModel& model) : size_(full.extent.axes() << full.extent.axes()) {
+    std::vector<double> matrix = stiffness(full, model);
     double largest = 0.0;
     for (std::size_t row = 0; row < size_; ++row) {
       largest = std::max(largest, matrix[row * size_ + row]);
@@ -70,45 +70,23 @@ public:
   }
 
 private:
-  /// Returns that of a bilinear or trilinear cell by two Gauss points along each axis, row by row, over its
-  /// area or volume, as ElementRule has it, for a modulus of 1.
-  [[nodiscard]] std::vector<double> stiffness(double poisson, const std::array<double, 3>& sides) const {
-    const double shear = 0.5 / (1.0 + poisson);
-    const double lame = 2.0 * shear * poisson / (axes_ == 3 ? 1.0 - 2.0 * poisson : 1.0 - poisson);
-    const std::size_t corners = std::size_t{1} << axes_;
-    const double weight = 1.0 / static_cast<double>(corners); // of a Gauss point
-    const auto bit = [](std::size_t corner, std::size_t axis) { return (corner >> axis & 1U) != 0U; };
-    std::vector<double> matrix(size_ * size_, 0.0);
-    for (std::size_t point = 0; point < corners; ++point) {
-      std::array<std::array<double, 3>, 8> slopes{}; // of the shape function of each corner
-      for (std::size_t corner = 0; corner < corners; ++corner) {
-        for (std::size_t along = 0; along < axes_; ++along) {
-          double slope = (bit(corner, along) ? 1.0 : -1.0) / sides[along];
-          for (std::size_t axis = 0; axis < axes_; ++axis) {
-            const double near = 0.5 * (1.0 + 0.57735026918962576451); // of a Gauss point to its end
-            slope *= axis == along ? 1.0 : bit(corner, axis) == bit(point, axis) ? near : 1.0 - near;
-          }
-          slopes[corner][along] = slope;
-        }
-      }
-      for (std::size_t row = 0; row < size_; ++row) {
-        for (std::size_t column = 0; column < size_; ++column) {
-          const auto& of_row = slopes[row / axes_];
-          const auto& of_column = slopes[column / axes_];
-          const std::size_t i = row % axes_;
-          const std::size_t j = column % axes_;
-          double sum = lame * of_row[i] * of_column[j] + shear * of_row[j] * of_column[i];
-          for (std::size_t axis = 0; axis < axes_ && i == j; ++axis) {
-            sum += shear * of_row[axis] * of_column[axis];
-          }
-          matrix[row * size_ + column] += weight * sum;
-        }
-      }
-    }
-    return matrix;
+  /// Returns it row by row, over the area or volume of the cell.
+  [[nodiscard]] static std::vector<double> stiffness(const Level& full, const ElasticModel& model) {
+    Level cell;
+    cell.extent = {2, 2, full.extent.axes() == 3 ? 2 : 1};
+    cell.sides = full.sides;
+    cell.confidence = VectorField(cell.extent);
+    cell.modulus = ScalarField(cell.extent, 1.0F);
+    const ElasticHierarchy hierarchy = make_elastic_hierarchy(cell, model, Springs::none);
+    const ElasticLevel& image = hierarchy.levels.front();
+    const CellMatrix matrix = cell_matrix(image, image.grid.index(0, 0), hierarchy);
+    const double unit = force_unit(cell, model.poisson);
+    std::vector<double> values(matrix.components * matrix.components);
+    std::transform(matrix.values.begin(), matrix.values.begin() + static_cast<std::ptrdiff_t>(values.size()),
+                   values.begin(), [unit](double value) { return value / unit; });
+    return values;
   }
 
-  std::size_t axes_;
   std::size_t size_; ///< components of all corners
   std::vector<std::vector<double>> factors_;
 };
@@ -238,7 +216,7 @@ VectorField prior_forces(const Scene& scene, NormalDraws& random) {
   const Extent extent = full.extent;
   const std::size_t axes = extent.axes();
   const std::size_t corners = std::size_t{1} << axes;
-  const CellForces draw(axes, scene.elastic.poisson, full.sides);
+  const CellForces draw(full, scene.elastic);
   const double size = std::sqrt(point_over_voxel(scene));
   DoubleField force;
   force.extent = extent;

@@ -7,11 +7,11 @@
 #include "harness/cli/run_files.hpp"
 #include "harness/cli/run_spread.hpp"
 #include "harness/cli/warp.hpp"
+#include "harness/scene/files.hpp"
 #include "harness/scene/scene_content.hpp"
 
 #include <array>
 #include <cmath>
-#include <fstream>
 
 namespace hdmbench::commands {
 
@@ -39,7 +39,7 @@ struct Recipe {
 
 Recipe read_recipe(const fs::path& file) {
   const toml::table root = parse_toml(read_file(file), file.string());
-  if (!root.contains("recipe")) {
+  if (!root["recipe"].is_table()) {
     throw InputError(fmt::format("{}: has no [recipe], which says what is drawn", file.string()));
   }
   TomlReader table(*root["recipe"].as_table(), file.string(), "[recipe]");
@@ -120,7 +120,7 @@ json deformation(Call& call, const Scene& plain, const Recipe& recipe, const std
   const fs::path& folder = call[option::output];
   const std::vector<std::string> names = names_of(call, number);
   NormalDraws random(static_cast<std::uint32_t>(call[seed_of_set]), static_cast<std::uint32_t>(number));
-  std::ofstream(folder / names[0], std::ios::binary) << drawn_points(plain, recipe, sites, random);
+  write_text(folder / names[0], drawn_points(plain, recipe, sites, random));
   Scene scene = load_scene(call[label_image], {.tissues = call[recipe_file], .points = {folder / names[0]}});
   if (recipe.moduli > 0.0) {
     scene = with_drawn_moduli(scene, recipe.moduli, random);

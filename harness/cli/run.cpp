@@ -196,11 +196,10 @@ void report_observations(const Scene& scene, json& row) {
 /// Prints what pulls in all, and puts it into the row of the run; nothing of a scene without loads.
 void report_loads(const Scene& scene, json& row) {
   if (has_forces(scene.full)) {
-    const bool is_volume = scene.extent().axes() == 3;
     const std::array<double, 3> sum = resultant_of_loads(scene);
     row["loads"] = {{"resultant_N", sum}};
-    fmt::print("  loads: {:.3g} {} in all\n", fmt::join(std::span(sum).first(scene.extent().axes()), ", "),
-               is_volume ? "N along x, y and z" : "N per mm of thickness along x and y");
+    fmt::print("  loads: {:.3g} N{} in all (LPS)\n", fmt::join(sum, ", "),
+               scene.extent().axes() == 3 ? "" : " per mm of thickness");
   }
 }
 
@@ -412,13 +411,15 @@ int run_scene(Call& call) {
   const auto left_out = misses_left_out(call, scene.points.size(), [&](Scene& of) {
     return solve_request(of, request, backend, session, progress).solution().displacement;
   });
-  draw_spread(scene, solution.displacement, backend, session, progress, how_sure);
+  std::string absurd = why_absurd(scene, solution);
+  if (absurd.empty()) {
+    draw_spread(scene, solution.displacement, backend, session, progress, how_sure);
+  }
   const json by_rank = shared ? rows_of_ranks(call, registry, *shared, memory, *call.ranks) : json();
   if (!call.speaks()) { // all ranks have the same field
     return success;
   }
   const Clock diagnosing;
-  std::string absurd = why_absurd(scene, solution);
   std::optional<FilesOfRun> written;
   if (absurd.empty()) {
     written.emplace(call[option::output], files, call[transform], scene, solution.displacement);

@@ -21,7 +21,13 @@ using Forces = std::vector<std::vector<double>>;
 
 /// kg/m^3 times m/s^2 are N/m^3, of which 1e9 are a N/mm^3, or a MPa/mm.
 void add_gravity(TomlReader& load, const Content& content, Extent extent, Forces& forces) {
-  const std::vector<double> gravity = load.numbers("gravity", extent.axes(), extent.axes());
+  std::vector<double> gravity = load.numbers("gravity", extent.axes(), 3);
+  gravity.resize(3);
+  std::array<double, 3> pull{}; // along the axes of the image
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    const Placement::Vector& to = content.placement.axes[axis];
+    pull[axis] = 1e-9 * content.spacing * std::inner_product(to.begin(), to.end(), gravity.begin(), 0.0);
+  }
   if (!content.segmented) {
     load.fail("gravity", "needs the [[tissue]] tables of labels: their densities are what it pulls at");
   }
@@ -39,7 +45,7 @@ void add_gravity(TomlReader& load, const Content& content, Extent extent, Forces
     }
     const double share = share_along(extent, 0, x) * share_along(extent, 1, y) * share_along(extent, 2, z);
     for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-      forces[axis][site] += 1e-9 * density->second * gravity[axis] * content.spacing * share;
+      forces[axis][site] += density->second * pull[axis] * share;
     }
   });
 }
@@ -125,7 +131,7 @@ std::array<double, 3> resultant_of_loads(const Scene& scene) {
   for (std::size_t axis = 0; has_forces(full) && axis < full.extent.axes(); ++axis) {
     sum[axis] = unit * std::accumulate(full.force[axis].begin(), full.force[axis].end(), 0.0);
   }
-  return sum;
+  return scene.placement.vector(sum[0], sum[1], sum[2]);
 }
 
 } // namespace hdmbench

@@ -117,7 +117,8 @@ struct Scene {
   [[nodiscard]] VectorField start_at(Extent level) const;
 };
 
-/// Returns the sum of all loads along each axis: newtons, of an image newtons per millimetre of thickness.
+/// Returns the sum of all loads in the patient's space (LPS): newtons, of an image newtons per millimetre of
+/// thickness.
 [[nodiscard]] std::array<double, 3> resultant_of_loads(const Scene& scene);
 
 /// Sets scene.weight and, to its product, scene.full.penalty. Throws InputError and changes nothing.

@@ -99,7 +99,7 @@ void read_vector_images(TomlReader& image, const SceneText& file, std::optional<
 [[nodiscard]] std::vector<std::string> apply_conditions(TomlReader& scene, const Content& content,
                                                         bool may_be_springs, Level& level);
 
-/// Adds up the [[load]] tables in level.force: a gravity (m/s^2 along the axes of the image) pulls at what
+/// Adds up the [[load]] tables in level.force: a gravity (m/s^2 in the patient's space, LPS) pulls at what
 /// the densities of tissues are, a pressure (MPa) pushes the sites of one label away from those of another
 /// beside them. Sites on the border of the image stand for a half of a pixel. `energy` is the one that will
 /// be minimised; moduli are MPa, and gravity needs to know millimetres. Returns, as of Scene::idle, what has
