@@ -175,6 +175,19 @@ auto with_line(const std::string& file, const Call& call) {
   }
 }
 
+/// Reads what moves the sites. `energy`: that will be minimised.
+void read_conditions(TomlReader& reader, const SceneText& file, const SceneOptions& options,
+                     const RegisteredEnergy& energy, Content& content, Scene& scene) {
+  scene.idle = apply_conditions(reader, content, scene.energy->is_of_cells(), scene.full);
+  std::ranges::move(content.idle, std::back_inserter(scene.idle));
+  apply_points(reader, file.folder, options, content, scene);
+  std::ranges::move(apply_loads(reader, content, energy, scene.full), std::back_inserter(scene.idle));
+  if (content.segmented && is_inspected(scene.extent())) {
+    scene.labels = std::move(content.labels);
+  }
+  content.labels = {}; // before there is more
+}
+
 Scene build(const toml::table& root, const SceneText& file, const SceneOptions& options) {
   TomlReader reader(root, file.file_name, "");
   Scene scene;
@@ -209,20 +222,14 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   }
   read_vector_images(image, file, size, content, scene);
   image.finish();
-  content.knows_millimetres = reader.has("spacing") || reader.has("image") || reader.has("brain");
+  content.knows_millimetres = reader.has("spacing") || reader.has("brain") ||
+                              (reader.has("image") && content.grid.stated != Stated::nothing);
   if (!reader.has("image")) { // an image has seen it
     read_spacing(reader, full.extent.axes(), takes_boxes, content);
   }
   scene.spacing = content.spacing;
   may_end_here();
-  scene.idle = apply_conditions(reader, content, scene.energy->is_of_cells(), full);
-  std::ranges::move(content.idle, std::back_inserter(scene.idle));
-  apply_points(reader, file.folder, options, content, scene);
-  std::ranges::move(apply_loads(reader, content, to_be, full), std::back_inserter(scene.idle));
-  if (content.segmented && is_inspected(full.extent)) {
-    scene.labels = std::move(content.labels);
-  }
-  content.labels = {}; // before there is more
+  read_conditions(reader, file, options, to_be, content, scene);
   scene.placement = content.placement;
   full.sides = content.placement.aspect;
   scene.oblong = content.oblong;

@@ -75,15 +75,13 @@ struct Stored {
   Aspect aspect = square;
 };
 
-/// One slice of a file, or the volume, one field per component: one, or of a vector two or three.
-Stored read_pixels(const std::filesystem::path& file, const ReadOptions& options, bool is_vector) {
+/// Returns the pixels of the slice, or of the volume, that is asked for. Throws InputError where the file has
+/// none such, or no rows and columns at right angles.
+Extent extent_to_read(const std::filesystem::path& file, const images::Geometry& geometry,
+                      const ReadOptions& options, bool is_vector) {
   const std::optional<int> slice = options.slice;
-  const images::Pixels of_file = options.in_memory == nullptr ? images::read_pixels(file) : images::Pixels{};
-  const images::Pixels& pixels = options.in_memory == nullptr ? of_file : *options.in_memory;
-  images::require_reasonable_number(file, pixels.geometry);
-  may_end_here();
-  const auto& [size, spacing, origin, axes, components, stated] = pixels.geometry;
-  require_possible_place(file, pixels.geometry);
+  const auto& [size, spacing, origin, axes, components, stated] = geometry;
+  require_possible_place(file, geometry);
   if (is_vector ? components != 2 && components != 3 : components != 1) {
     throw unreadable(file, fmt::format("it has {} components per pixel, {} expected", components,
                                        is_vector ? "2 or 3 are" : "1 is"));
@@ -105,14 +103,26 @@ Stored read_pixels(const std::filesystem::path& file, const ReadOptions& options
                                  cosine));
   }
   if (extent.depth > 1) {
-    require_volume(file, extent, pixels.geometry);
+    require_volume(file, extent, geometry);
     if (is_vector && components != 3) {
       throw unreadable(file, "it has 2 components per voxel, 3 are expected");
     }
   }
+  return extent;
+}
+
+/// One slice of a file, or the volume, one field per component: one, or of a vector two or three.
+Stored read_pixels(const std::filesystem::path& file, const ReadOptions& options, bool is_vector) {
+  const std::optional<int> slice = options.slice;
+  const images::Pixels of_file = options.in_memory == nullptr ? images::read_pixels(file) : images::Pixels{};
+  const images::Pixels& pixels = options.in_memory == nullptr ? of_file : *options.in_memory;
+  images::require_reasonable_number(file, pixels.geometry);
+  may_end_here();
+  const auto& [size, spacing, origin, axes, components, stated] = pixels.geometry;
+  const Extent extent = extent_to_read(file, pixels.geometry, options, is_vector);
   Placement placement{.origin = origin, .axes = axes};
   if (extent.depth == 1 &&
-      (slices > 1 || spacing[2] != spacing[0])) { // else a pixel without a depth of its own
+      (size[2] > 1 || spacing[2] != spacing[0])) { // else a pixel without a depth of its own
     placement.thickness = spacing[2];
   }
   placement = placement.moved(0.0, 0.0, slice.value_or(0) * spacing[2]);

@@ -96,8 +96,8 @@ private:
   double slenderness_; ///< of the sheet or body
   Timings timings_;
   std::vector<LevelResult> work_;
-  VectorField start_;   ///< extended conditions, or that of pull(); only where sprung_
-  bool sprung_ = false; ///< the session has the way from start_, and its load was made once
+  VectorField start_;        ///< extended conditions, or that of pull(); only where sprung_
+  bool sprung_ = false;      ///< the session has the way from start_, and its load was made once
   bool has_springs_ = false; ///< of the level: only then settle() reads it
   struct Sheet {
     const Level* level = nullptr;
