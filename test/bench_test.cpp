@@ -135,6 +135,32 @@ TEST(Bench, ADeviceTakesAPartOfTheTimeThatItsStepsTake) {
   }
 }
 
+TEST(Bench, ADeviceThatWasGivenNothingTookNoTime) {
+  const Scene scene = load_scene("square", {.size = Extent{24, 24}});
+  for (const Backend* const backend : test::present_backends()) {
+    SCOPED_TRACE(backend->name());
+    const auto sites = backend->open({});
+    const VectorField field(scene.extent());
+    sites->load(scene.full);
+    sites->write(field);
+    (void)sites->device_seconds(); // counts from now on
+    (void)test::read(*sites);
+    EXPECT_FALSE(sites->device_seconds());
+    if (!backend->has_elastic()) {
+      continue;
+    }
+    const auto cells = backend->open_elastic({});
+    cells->load(make_elastic_hierarchy(scene.full, scene.elastic));
+    (void)cells->device_seconds();
+    VectorField read;
+    for (int i = 0; i < 4; ++i) {
+      cells->write(0, ElasticField::displacement, field);
+      cells->read(0, ElasticField::displacement, read);
+      EXPECT_FALSE(cells->device_seconds());
+    }
+  }
+}
+
 TEST(Bench, WithoutAReferenceNothingIsCalledValid) {
   const nlohmann::json rows =
       run({small_square()}, {.backends = {&test::find("openmp")}, .active = true, .checked = false}, 2);

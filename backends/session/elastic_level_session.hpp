@@ -195,8 +195,12 @@ private:
     }
   }
 
-  /// Hands over what has been asked for, steps on the coarsest levels together.
+  /// Hands over what has been asked for, steps on the coarsest levels together. Nothing is handed over as
+  /// nothing: a device takes time for that, too, and it would count as the next steps' own.
   void run_all(Steps& steps) const {
+    if (calls_.empty()) {
+      return;
+    }
     const std::vector<ElasticCall> calls = std::exchange(calls_, {});
     std::vector<ElasticWork> work;
     for (auto call = calls.begin(); call != calls.end();) {

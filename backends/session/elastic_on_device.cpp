@@ -178,7 +178,9 @@ public:
         in_flight = 0.0;
       }
     }
-    device_.run(commands);
+    if (!commands.empty()) {
+      device_.run(commands);
+    }
   }
 
 private:
