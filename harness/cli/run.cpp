@@ -87,8 +87,12 @@ void print_levels(const Solution& solution, bool counted) {
              repeated ? "  * acceleration diverged, computed again without\n" : "");
 }
 
-/// Returns the mean over sites of the energy that the displacement minimises.
-double mean_energy_of(const Scene& scene, const VectorField& displacement) {
+/// Returns the mean over sites of the energy that the displacement minimises; none for laws of large strains,
+/// which have their forces alone.
+std::optional<double> mean_energy_of(const Scene& scene, const VectorField& displacement) {
+  if (has_laws(scene.full)) {
+    return std::nullopt;
+  }
   if (!scene.energy->is_of_cells()) {
     return mean_energy(scene.full, displacement);
   }
@@ -236,6 +240,7 @@ json row_of(const Solved& solved, json phases) {
                         {"iterations", total_iterations(solution.levels)},
                         {"mean_energy", absurd.empty() ? mean_energy_of(scene, solution.displacement)
                                                        : std::numeric_limits<double>::quiet_NaN()},
+                        {"least_volume", solution.least_volume},
                         {"largest_displacement", largest_magnitude(solution.displacement)},
                         {"spacing", scene.spacing},
                         {"placement", scene.placement},
@@ -281,8 +286,11 @@ void print_way(const Solved& solved, const json& row, bool explained) {
 /// Prints what came out, and what speaks against it.
 void print_result(const Call& call, const Solved& solved, json& row) {
   const Solution& solution = solved.solution;
-  fmt::print("\n  mean energy {:.6g}, largest displacement {:.4g} {}, {} iterations in {}\n",
-             row["mean_energy"].get<double>(), row["largest_displacement"].get<double>(), solved.unit(),
+  fmt::print("\n  {}, largest displacement {:.4g} {}, {} iterations in {}\n",
+             solution.least_volume ? fmt::format("least {} of a cell {:.3g} of what it was",
+                                                 solved.is_volume() ? "volume" : "area", *solution.least_volume)
+                                   : fmt::format("mean energy {:.6g}", row["mean_energy"].get<double>()),
+             row["largest_displacement"].get<double>(), solved.unit(),
              row["iterations"].get<std::int64_t>(), duration_text(solution.timings.total()));
   if (solution.estimated_error && !solved.plan) {
     fmt::print("  estimated distance from finite elements {:.2g} {}\n", *solution.estimated_error,

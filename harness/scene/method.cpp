@@ -101,6 +101,7 @@ constexpr RegisteredEnergy plane_stress{.name = "elastic",
                                         .takes_volumes = true,
                                         .takes_boxes = true,
                                         .takes_forces = true,
+                                        .takes_laws = true,
                                         .bytes_per_pixel = 90,
                                         .bytes_per_voxel = 130};
 
@@ -197,6 +198,11 @@ void require_known_pixels(const Scene& scene, const RegisteredEnergy& energy) {
   if (!energy.takes_forces && has_forces(scene.full)) {
     throw InputError(fmt::format("{} has loads, which the {} energy does not know: what solves it by the "
                                  "elastic energy alone takes it",
+                                 scene.name, energy.name));
+  }
+  if (!energy.takes_laws && has_laws(scene.full)) {
+    throw InputError(fmt::format("{} has tissues with a law of large strains, which the {} energy does not "
+                                 "know: `run` solves it by the elastic energy",
                                  scene.name, energy.name));
   }
 }

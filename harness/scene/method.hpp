@@ -53,6 +53,7 @@ struct RegisteredEnergy {
   bool takes_volumes = false; ///< whether its methods solve volumes, too
   bool takes_boxes = false;   ///< whether it knows pixels that are no squares and voxels that are no cubes
   bool takes_forces = false;  ///< whether it knows Level::force
+  bool takes_laws = false;    ///< whether it knows Level::stiffening
   /// Bytes of memory per site that loading a scene, its usual method on `openmp` and writing the field take
   /// in all, about, where no pictures are made. The peaks of `run square --size 4200` and
   /// `run ball --size 260x260x260` were 68 and 93, with the elastic energy 88 and 116; a volume of which no

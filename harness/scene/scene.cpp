@@ -182,6 +182,7 @@ void read_conditions(TomlReader& reader, const SceneText& file, const SceneOptio
   std::ranges::move(content.idle, std::back_inserter(scene.idle));
   apply_points(reader, file.folder, options, content, scene);
   std::ranges::move(apply_loads(reader, content, energy, scene.full), std::back_inserter(scene.idle));
+  apply_laws(reader, content, energy, scene.full);
   if (content.segmented && is_inspected(scene.extent())) {
     scene.labels = std::move(content.labels);
   }
@@ -236,6 +237,9 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   scene.stated = content.grid.stated;
   if (scene.extent().axes() == 3) {
     reader.read("integration", integration_names, scene.elastic.integration);
+    if (has_laws(full) && scene.elastic.integration != Integration::full) {
+      reader.fail("integration", "must be \"full\" where a tissue has a law of large strains");
+    }
   }
   may_end_here();
   read_schedule(reader, !options.size, scene);

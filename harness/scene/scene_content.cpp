@@ -27,6 +27,7 @@ struct Tissue {
   float modulus = 0.0F;
   float gray = 0.0F;
   std::optional<double> density{}; ///< kg/m^3
+  std::optional<float> stiffening{}; ///< as Level has it; none: the scene's own
 };
 
 /// `shown`: whether their gray values are what a picture shows.
@@ -36,6 +37,7 @@ std::map<int, Tissue> read_tissues(TomlReader& scene, bool shown) {
     Tissue tissue{.modulus = static_cast<float>(table.get<double>("modulus"))};
     (void)table.has("name");
     table.read("density", tissue.density);
+    tissue.stiffening = read_law(table);
     if (double gray = 0.0; shown) {
       table.read("gray", gray);
       tissue.gray = static_cast<float>(gray);
@@ -91,6 +93,9 @@ void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Con
     }
   }
   for (const auto& [label, of_label] : tissues) {
+    if (of_label.stiffening) {
+      content.stiffening.emplace(label, *of_label.stiffening);
+    }
     if (of_label.density) {
       content.densities.emplace(label, *of_label.density);
     }

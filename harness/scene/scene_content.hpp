@@ -20,6 +20,7 @@ namespace hdmbench {
 /// What the pixels are made of, before conditions.
 struct Content {
   std::map<int, double> densities{}; ///< of labels that have one, kg/m^3
+  std::map<int, float> stiffening{}; ///< of labels that have a law of their own, as Level has it
   LabelField labels;
   ScalarField modulus;
   ScalarField picture;
@@ -106,6 +107,13 @@ void read_vector_images(TomlReader& image, const SceneText& file, std::optional<
 /// no effect.
 [[nodiscard]] std::vector<std::string> apply_loads(TomlReader& scene, const Content& content,
                                                    const RegisteredEnergy& energy, Level& level);
+
+/// Reads the law of large strains that a table states, as Level::stiffening has it; none: it states none.
+[[nodiscard]] std::optional<float> read_law(TomlReader& table);
+
+/// Sets level.stiffening from the laws of labels and, for all others, of the scene; leaves it empty where all
+/// are linear. `energy` is the one that will be minimised.
+void apply_laws(TomlReader& scene, const Content& content, const RegisteredEnergy& energy, Level& level);
 
 /// Adds the [[points]] of a scene, whose files are looked for in `folder`, those of options.points (none, a
 /// file of pairs, or one of before and one of after) and options.pairs to scene.points, and lets all but

@@ -51,6 +51,12 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
         "--poisson has no effect here: the thesis's energy has no Poisson's ratio; give --energy "
         "elastic, or leave it out");
   }
+  if (has_laws(scene.full) && (has_method || given.contains("iterations"))) {
+    throw InputError(fmt::format("{} has tissues with a law of large strains, which non-linear conjugate "
+                                 "gradients solve to an accuracy; leave --method and --iterations out, and "
+                                 "give --accuracy where another one than 0.01px is wanted",
+                                 scene.name));
+  }
   require_memory(scene.extent(), *scene.energy);
   scene.exact = scene.exact && !has_method && energy == nullptr;
   for (const ScheduleKey& key : schedule_keys()) {

@@ -2,6 +2,7 @@
 
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/elastic.hpp"
+#include "harness/solve/methods/laws.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/sampled_image.hpp"
@@ -363,6 +364,34 @@ double fine_sweep_equivalents(const Plan& plan) {
          static_cast<double>(plan.solution.displacement.extent.sites());
 }
 
+namespace {
+
+/// Laws of large strains have steps of their own, image by image.
+Plan solve_as_needed_by_laws(const Scene& scene, const Request& request, ElasticSession& session,
+                             Progress& progress) {
+  if (!request.accuracy || request.seconds) {
+    throw InputError("tissues with a law of large strains are solved to an accuracy, not within a time; give "
+                     "--accuracy alone");
+  }
+  const Clock clock;
+  Plan plan;
+  plan.solution = solve_by_laws(scene, session, *request.accuracy, [&](const LawStep& step) {
+    plan.steps.push_back({.extent = step.extent,
+                          .action = "cycle by laws",
+                          .reason = fmt::format("the least cell keeps {:.2g} of its {}", step.smallest,
+                                                step.extent.axes() == 3 ? "volume" : "area"),
+                          .moved = step.moved,
+                          .expected_error = step.error,
+                          .seconds = clock.seconds()});
+    progress.describe(
+        fmt::format("{} {}: {:.2g} px left", scene.name, step.extent.text(), step.error));
+  });
+  conclude(plan, scene, request, clock.seconds(), "");
+  return plan;
+}
+
+} // namespace
+
 Plan solve_as_needed(Scene& scene, const Request& request, const Backend& backend,
                      const SessionOptions& options, Progress& progress) {
   Solver solver(backend, options);
@@ -378,6 +407,9 @@ Plan solve_as_needed(Scene& scene, const Request& request, Solver& solver, Progr
   }
   if (std::optional<Scene> scaled = with_safe_moduli(scene)) {
     return solve_as_needed(*scaled, request, solver, progress);
+  }
+  if (has_laws(scene.full)) {
+    return solve_as_needed_by_laws(scene, request, solver.elastic(), progress);
   }
   return Planner(scene, request, solver.elastic(), progress).run();
 }

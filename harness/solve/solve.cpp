@@ -8,6 +8,8 @@
 
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <vector>
 
 namespace hdmbench {
 
@@ -59,6 +61,9 @@ Solution solve_in_one_piece(const LevelSequence& levels, const Pyramid& pyramid,
 } // namespace
 
 std::string method_name(const Scene& scene) {
+  if (has_laws(scene.full)) {
+    return "non-linear conjugate gradients";
+  }
   const std::string& method = scene.schedule.method;
   const Update update = scene.full.update;
   const bool other_update = method == "icm" && update != Update::simultaneous;
@@ -111,10 +116,34 @@ double largest_component(const VectorField& field) {
   return static_cast<double>(largest);
 }
 
+double dot(const VectorField& first, const VectorField& second) {
+  const Extent extent = first.extent;
+  std::vector<double> of_rows(static_cast<std::size_t>(extent.rows()));
+#pragma omp parallel for if (extent.sites() > sites_worth_threads)
+  for (int row = 0; row < extent.rows(); ++row) {
+    const std::size_t begin = extent.index(0, row);
+    double sum = 0.0;
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      for (std::size_t at = begin; at < begin + static_cast<std::size_t>(extent.width); ++at) {
+        sum += static_cast<double>(first[axis][at]) * static_cast<double>(second[axis][at]);
+      }
+    }
+    of_rows[static_cast<std::size_t>(row)] = sum;
+  }
+  return std::accumulate(of_rows.begin(), of_rows.end(), 0.0);
+}
+
+double root_mean_square(const VectorField& field) {
+  return std::sqrt(dot(field, field) / static_cast<double>(field.extent.sites()));
+}
+
 std::string why_absurd(const Scene& scene, const Solution& solution) {
   const double found = largest_component(solution.displacement);
   if (!std::isfinite(found)) {
     return "the field has components that are infinite or not a number";
+  }
+  if (!solution.failure.empty()) {
+    return solution.failure;
   }
   if (solution.grew) {
     return "each cycle moved the field farther than the one before";

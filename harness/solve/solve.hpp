@@ -48,6 +48,11 @@ struct Solution {
   /// The estimate of the RMSD of `displacement` and the fixed point, pixels; none where the method has none.
   std::optional<double> estimated_error{};
   bool grew = false; ///< cycles moved the field farther and farther, and were ended
+  /// Of laws of large strains: why there is no answer; empty: there is one.
+  std::string failure{};
+  /// Of such laws: the least share of its volume, or of its area, that a cell has kept at a Gauss point, of
+  /// cells that are not prescribed altogether.
+  std::optional<double> least_volume{};
 };
 
 /// The method's name in results; that of the update where it alone differs from icm: "sequential".
@@ -70,6 +75,12 @@ struct SolveOptions {
 
 /// The largest |component|, pixels; infinite where one is not a number, 0 of an empty field.
 [[nodiscard]] double largest_component(const VectorField& field);
+
+/// Returns the sum of the products of all components, in double, row by row: the same bits whatever the number
+/// of threads.
+[[nodiscard]] double dot(const VectorField& first, const VectorField& second);
+/// Returns the root of the mean square over sites, pixels.
+[[nodiscard]] double root_mean_square(const VectorField& field);
 
 /// Says why no energy can have the field of this solution; empty: it can. The limit is far beyond any lever
 /// that the image has room for.

@@ -120,6 +120,10 @@ Level sample_level(const Level& full, Extent extent, Alignment alignment, Materi
     sample(sites, full.target[axis], level.target[axis]);
     sample(sites, full.confidence[axis], level.confidence[axis]);
   }
+  if (has_laws(full)) {
+    level.stiffening = ScalarField(extent);
+    sample(sites, full.stiffening.values, level.stiffening.values);
+  }
   if (material == Material::mean) {
     set_mean_modulus(full, alignment, level);
   } else {

@@ -1,10 +1,13 @@
 #include "harness/solve/methods/elastic.hpp"
 
 #include "harness/scene/method.hpp"
+#include "harness/solve/methods/laws.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/set_aside.hpp"
 #include "harness/solve/stopwatch.hpp"
+
+#include <fmt/format.h>
 
 #include <algorithm>
 #include <cmath>
@@ -13,17 +16,6 @@
 namespace hdmbench {
 
 namespace {
-
-/// Returns the root mean square over sites, pixels.
-double root_mean_square(const VectorField& field) {
-  double square = 0.0;
-  for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
-    for (const float value : field[axis]) {
-      square += double{value} * double{value};
-    }
-  }
-  return std::sqrt(square / static_cast<double>(field.extent.sites()));
-}
 
 /// Conjugate gradients until what is left is within `accuracy`, pixels, at most so many steps.
 void step_until(double accuracy, int most_steps, const Level& level, ElasticSolver& solver) {
@@ -132,6 +124,12 @@ Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& pr
                        const SolveOptions& options) {
   if (const std::optional<Scene> scaled = with_safe_moduli(scene)) {
     return solve_elastic(*scaled, session, progress, options);
+  }
+  if (has_laws(scene.full)) {
+    return solve_by_laws(scene, session, usual_law_accuracy, [&](const LawStep& step) {
+      progress.describe(fmt::format("{} {}: {:.2g} px left, least volume {:.2g}", scene.name,
+                                    step.extent.text(), step.error, step.smallest));
+    });
   }
   Solution solution = solve_whole(scene, session, progress, options.unread);
   std::ranges::reverse(solution.levels); // the coarsest first, as other methods have them

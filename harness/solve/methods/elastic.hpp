@@ -18,6 +18,12 @@ struct Disturbance {
   VectorField force; ///< at each site, MPa * thickness or voxel, in pixels of area or volume 1
 };
 
+/// What becomes of laws of large strains.
+enum class Strains {
+  small,     ///< they are refused: the linear energy knows none
+  linearised ///< they are left out, by who has their forces from elsewhere
+};
+
 /// The methods of the elastic energy, step by step on a session, from the conditions extended into the image.
 class ElasticSolver {
 public:
@@ -34,8 +40,9 @@ public:
   /// outlive this object. Throws InputError where no condition holds the sheet (require_held). Where
   /// observations pull with springs, or the level has forces, the session has the way from the extended
   /// conditions for displacement, and for its load what is left of their residual, which is made once and
-  /// then followed.
-  ElasticSolver(const Level& full, const ElasticModel& model, ElasticSession& session);
+  /// then followed. Throws InputError, too, where the level has laws that are not `strains`' own.
+  ElasticSolver(const Level& full, const ElasticModel& model, ElasticSession& session,
+                Strains strains = Strains::small);
   /// A sheet that is held by `springs`, at rest where pull() says; empty springs: none, so conditions must
   /// hold the sheet. It makes the hierarchy and loads it once, for any number of pull(), before which there
   /// is nothing to solve. All must outlive this object.
@@ -50,6 +57,13 @@ public:
   /// Sets what is solved from now on, any number of times: how far `other` moves the body, whose prescribed
   /// components stay where they are. `level` is the one of the first constructor.
   void disturb(const Level& level, double poisson, const Disturbance& other);
+
+  /// Sets what is solved from now on, any number of times: where prescribed components have the values of
+  /// `gap`, the others 0, and nothing else acts, as full_multigrid() finds it.
+  void carry(VectorField gap);
+  /// Sets `correction` to what one W cycle makes of a load, in the unit of sessions. What is solved has no
+  /// meaning afterwards.
+  void correct(const VectorField& load, VectorField& correction);
 
   /// From the coarsest level to the finest, one W cycle each: the error of the result is of the size of the
   /// discretisation's. Without `on_image` the image only gets what the next level has.

@@ -42,8 +42,13 @@ void add_forces(const Level& level, double unit, VectorField& load) {
 
 } // namespace
 
-ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, ElasticSession& session)
+ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, ElasticSession& session,
+                             Strains strains)
     : session_(session), slenderness_(slenderness(full)) {
+  if (has_laws(full) && strains == Strains::small) {
+    throw InputError("some tissue has a law of large strains, which this does not know: `run` solves by it; "
+                     "give law = \"linear\"");
+  }
   timed(timings_.projection, [&] { require_held(full); });
   has_springs_ = has_springs(full);
   sprung_ = has_springs_ || has_forces(full);
@@ -132,6 +137,23 @@ void ElasticSolver::disturb(const Level& level, double poisson, const Disturbanc
   last_product_ = 0.0F;
   session_.write(0, ElasticField::displacement, start_);
   session_.write(0, ElasticField::load, load);
+}
+
+void ElasticSolver::carry(VectorField gap) {
+  const Stopwatch watch(timings_.upload);
+  sprung_ = true; // the load is made once
+  start_ = std::move(gap);
+  last_product_ = 0.0F;
+  session_.write(0, ElasticField::displacement, start_);
+  session_.forces(ElasticField::displacement, ElasticField::load);
+  session_.write(0, ElasticField::displacement, VectorField(start_.extent));
+  full_multigrid();
+}
+
+void ElasticSolver::correct(const VectorField& load, VectorField& correction) {
+  timed(timings_.upload, [&] { session_.write(0, ElasticField::load, load); });
+  timed(timings_.compute, [&] { improve(0, ElasticField::correction, true); });
+  timed(timings_.readback, [&] { session_.read(0, ElasticField::correction, correction); });
 }
 
 void ElasticSolver::load(ElasticHierarchy hierarchy) {

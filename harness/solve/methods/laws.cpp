@@ -1,0 +1,375 @@
+#include "harness/solve/methods/laws.hpp"
+
+#include "harness/solve/methods/elastic.hpp"
+#include "harness/solve/sampled_image.hpp"
+#include "harness/solve/stopwatch.hpp"
+#include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/elastic/law_forces.hpp"
+#include "kernels/data/elastic/springs.hpp"
+#include "kernels/data/input_error.hpp"
+#include "kernels/data/interruption.hpp"
+#include "kernels/specification/laws/laws.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <optional>
+#include <utility>
+#include <vector>
+
+namespace hdmbench {
+
+namespace {
+
+constexpr double unknown = std::numeric_limits<double>::infinity();
+
+/// Images with fewer sites along an axis are not halved.
+constexpr int fewest_sites = 20;
+/// What is left on an image that only says where the next finer one begins, its own pixels.
+constexpr double accuracy_of_starts = 0.05;
+constexpr int steps_of_starts = 30;
+/// Twice what the hardest converged case of the prototypes took (shared walls, turns by 132 degrees).
+constexpr int most_steps = 150;
+/// A linear solution that leaves a cell less of its volume is no start: the load comes in parts then.
+constexpr double least_of_start = 0.2;
+constexpr int parts_of_load = 4;
+
+/// to = value + factor * direction, component by component; all may be one field.
+void advance(VectorField& to, const VectorField& value, float factor, const VectorField& direction) {
+  for (std::size_t axis = 0; axis < value.extent.axes(); ++axis) {
+    const std::size_t sites = value.extent.sites();
+    float* const result = to[axis].data();
+    const float* const from = value[axis].data();
+    const float* const along = direction[axis].data();
+#pragma omp parallel for simd if (sites > sites_worth_threads)
+    for (std::size_t at = 0; at < sites; ++at) {
+      result[at] = from[at] + factor * along[at];
+    }
+  }
+}
+
+/// What is left by the way that cycles move a field: each moves it by so much of what the one before did.
+class LeftByCycles {
+public:
+  void add(double moved) { moved_.push_back(moved); }
+  [[nodiscard]] double moved() const { return moved_.back(); }
+  /// A single cycle says nothing of the next: it is taken for one of those that leave most.
+  [[nodiscard]] double estimate() const {
+    constexpr std::size_t over = 3;
+    constexpr double slowest = 0.97;
+    const std::size_t back = std::min(over, moved_.size() - 1);
+    const double before = moved_[moved_.size() - 1 - back];
+    const double ratio = back == 0 || !(before > 0.0)
+                             ? 0.7
+                             : std::min(std::pow(moved() / before, 1.0 / static_cast<double>(back)), slowest);
+    return moved() / (1.0 - ratio);
+  }
+
+private:
+  std::vector<double> moved_;
+};
+
+/// One image of the scene.
+class LawSolver {
+public:
+  /// `say`: of every cycle. All must outlive this object.
+  LawSolver(const Level& level, const ElasticModel& model, ElasticSession& session,
+            std::function<void(double left, double moved, double least)> say)
+      : level_(level), model_(model), linear_(level, model, session, Strains::linearised),
+        say_(std::move(say)), displacement_(level.extent), residual_(level.extent) {}
+
+  /// Begins with the linear solution, or with parts of the load where that turns cells over.
+  void begin() {
+    linear_.full_multigrid();
+    displacement_ = linear_.displacement();
+    find_residual();
+    if (least_.share >= least_of_start) {
+      return;
+    }
+    displacement_ = VectorField(level_.extent);
+    for (int part = 1; part <= parts_of_load; ++part) {
+      load_ = static_cast<double>(part) / parts_of_load;
+      meet_conditions();
+      if (part < parts_of_load) {
+        iterate(accuracy_of_starts, steps_of_starts);
+      }
+    }
+  }
+  void begin(VectorField displacement) {
+    displacement_ = std::move(displacement);
+    meet_conditions();
+  }
+
+  /// Steps until what is left is within `accuracy`, pixels, at most so many.
+  void iterate(double accuracy, int most) {
+    why_ = fmt::format("{} steps did not come to an end", most);
+    LeftByCycles left;
+    VectorField correction(level_.extent);
+    VectorField direction(level_.extent);
+    VectorField before(level_.extent);
+    double product_before = 0.0; // 0: the next step begins anew
+    double factor = 1.0;
+    int stuck = 0;
+    for (int step = 0; step <= most; ++step) {
+      linear_.correct(residual_, correction);
+      left.add(root_mean_square(correction));
+      left_ = left.estimate();
+      say_(left_, left.moved(), least_.share);
+      if (left_ < 0.5 * accuracy) { // the correction is not taken: nobody has looked at what it does to cells
+        why_.clear();
+        return;
+      }
+      const double product = dot(residual_, correction);
+      if (!(product > 0.0 && std::isfinite(product))) {
+        why_ = "a cycle moves the field away from its end";
+        return;
+      }
+      const double share =
+          product_before > 0.0
+              ? std::max(0.0, (product - dot(before, correction)) / product_before) // Polak and Ribiere
+              : 0.0;
+      advance(direction, correction, static_cast<float>(share), direction);
+      if (dot(direction, residual_) < 0.05 * product) {
+        direction = correction;
+      }
+      before = residual_;
+      factor = std::clamp(factor, 0.05, 2.0);
+      const bool went = search(direction, factor);
+      product_before = went ? product : 0.0;
+      factor = went ? factor : 1.0;
+      stuck = went ? 0 : stuck + 1;
+      if (stuck > 3) {
+        why_ = "no step along the gradients leads nearer to the end";
+        return;
+      }
+    }
+  }
+
+  [[nodiscard]] const VectorField& displacement() const { return displacement_; }
+  [[nodiscard]] VectorField take_displacement() { return std::move(displacement_); }
+  [[nodiscard]] double left() const { return left_; }
+  [[nodiscard]] const LeastVolume& least() const { return least_; }
+  [[nodiscard]] const std::string& why() const { return why_; }
+  [[nodiscard]] const ElasticSolver& linear() const { return linear_; }
+  [[nodiscard]] int forces() const { return forces_; }
+  [[nodiscard]] double seconds_of_forces() const { return seconds_; }
+
+private:
+  /// Sets `residual` to what is left to be balanced under a displacement.
+  LeastVolume residual_of(const VectorField& displacement, VectorField& residual) {
+    may_end_here();
+    const Stopwatch watch(seconds_);
+    ++forces_;
+    const LeastVolume least = law_forces(level_, model_, displacement, residual);
+    const double unit = force_unit(level_, model_.poisson);
+    const std::size_t sites = level_.extent.sites();
+    for (std::size_t axis = 0; axis < level_.extent.axes(); ++axis) {
+      const std::vector<float>& confidence = level_.confidence[axis];
+#pragma omp parallel for if (sites > sites_worth_threads)
+      for (std::size_t at = 0; at < sites; ++at) {
+        if (confidence[at] >= 1.0F || !(confidence[at] > 0.0F || has_forces(level_))) {
+          continue;
+        }
+        double pull = has_forces(level_) ? load_ * double{level_.force[axis][at]} : 0.0;
+        if (is_spring(confidence[at])) {
+          pull += spring_stiffness(level_.modulus.values[at], confidence[at]) *
+                  (load_ * double{level_.target[axis][at]} - double{displacement[axis][at]});
+        }
+        residual[axis][at] = static_cast<float>(double{residual[axis][at]} + unit * pull);
+      }
+    }
+    return least;
+  }
+  void find_residual() { least_ = residual_of(displacement_, residual_); }
+
+  /// Brings prescribed components to their targets, and what is around them along, as the linear energy has
+  /// it.
+  void meet_conditions() {
+    VectorField gap(level_.extent);
+    bool is_met = true;
+    for (std::size_t axis = 0; axis < level_.extent.axes(); ++axis) {
+      for (std::size_t at = 0; at < level_.extent.sites(); ++at) {
+        if (level_.confidence[axis][at] >= 1.0F) {
+          const double target = load_ * double{level_.target[axis][at]};
+          gap[axis][at] = static_cast<float>(target - double{displacement_[axis][at]});
+          is_met = is_met && gap[axis][at] == 0.0F;
+        }
+      }
+    }
+    if (!is_met) {
+      linear_.carry(std::move(gap));
+      advance(displacement_, displacement_, 1.0F, linear_.displacement());
+    }
+    find_residual();
+  }
+
+  /// Goes `factor` times the direction, and changes the factor until the residual has hardly a part along it.
+  /// False where it finds no such: then the field is as it was.
+  bool search(const VectorField& direction, double& factor) {
+    constexpr double enough = 0.2;
+    constexpr int most = 12;
+    const double first = dot(residual_, direction);
+    if (!(first > 0.0)) {
+      return false;
+    }
+    double low = 0.0;
+    double at_low = first;
+    double high = -1.0;
+    double at_high = 0.0;
+    VectorField tried(level_.extent);
+    VectorField residual(level_.extent);
+    for (int i = 0; i < most; ++i) {
+      advance(tried, displacement_, static_cast<float>(factor), direction);
+      const LeastVolume least = residual_of(tried, residual);
+      const double now = dot(residual, direction);
+      if (std::abs(now) <= enough * first || (i + 1 == most && now > -first)) {
+        std::swap(displacement_, tried);
+        std::swap(residual_, residual);
+        least_ = least;
+        return true;
+      }
+      if (now > 0.0) {
+        const double was = std::exchange(at_low, now);
+        low = factor;
+        if (high < 0.0) {
+          const double guess = was > now ? factor * first / (first - now) : 4.0 * factor;
+          factor = std::clamp(guess, 1.2 * factor, 4.0 * factor);
+          continue;
+        }
+      } else {
+        high = factor;
+        at_high = std::isfinite(now) ? now : -std::numeric_limits<double>::max();
+      }
+      const bool is_secant = at_high > -std::numeric_limits<double>::max();
+      const double guess =
+          is_secant ? low + (high - low) * at_low / (at_low - at_high) : 0.5 * (low + high);
+      factor = std::clamp(guess, low + 0.1 * (high - low), high - 0.1 * (high - low));
+    }
+    return false;
+  }
+
+  const Level& level_;
+  ElasticModel model_;
+  ElasticSolver linear_;
+  std::function<void(double, double, double)> say_;
+  VectorField displacement_;
+  VectorField residual_;
+  LeastVolume least_{};
+  double load_ = 1.0; ///< the part of targets and loads that acts
+  double left_ = unknown;
+  std::string why_; ///< why there is no end; empty: there is
+  int forces_ = 0;
+  double seconds_ = 0.0;
+};
+
+/// An image with half as many sites along each axis, and how many pixels one of its own is.
+struct Half {
+  Level level;
+  double pixel = 1.0;
+};
+
+/// None where it would show too little, or nothing holds it.
+std::optional<Half> half_of(const Level& full) {
+  const Extent extent = full.extent;
+  const auto half = [](int sites) { return sites > 1 ? sites / 2 + 1 : 1; };
+  const Extent coarse{half(extent.width), half(extent.height), half(extent.depth)};
+  const int shortest = std::min({extent.width, extent.height, extent.axes() == 3 ? extent.depth : extent.width});
+  if (shortest <= fewest_sites || has_forces(full)) { // sampled loads would pull otherwise
+    return std::nullopt;
+  }
+  Half result{.level = sampled_image(full, block_moduli(full.modulus, full.inverse_modulus, coarse),
+                                     BlockMean::geometric)};
+  Level& level = result.level;
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    level.sides[axis] = full.sides[axis] * (extent.sides()[axis] - 1) / (coarse.sides()[axis] - 1);
+  }
+  const auto sides = std::span(level.sides).first(extent.axes());
+  result.pixel = std::ranges::min(sides);
+  for (double& side : sides) {
+    side /= result.pixel;
+  }
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    for (float& target : level.target[axis]) {
+      target = static_cast<float>(double{target} / result.pixel);
+    }
+  }
+  try {
+    require_held(level);
+    return result;
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+}
+
+/// A scene, image by image.
+class Nested {
+public:
+  Nested(const ElasticModel& model, ElasticSession& session, const std::function<void(const LawStep&)>& say)
+      : model_(model), session_(session), say_(say) {}
+
+  /// `pixel`: how many pixels of the full resolution one of the level is.
+  VectorField solve(const Level& level, double pixel, double accuracy, int steps) {
+    std::optional<VectorField> start;
+    if (const std::optional<Half> half = half_of(level)) {
+      VectorField coarse = solve(half->level, pixel * half->pixel, accuracy_of_starts, steps_of_starts);
+      start = prolongate(coarse, level.extent, sampled_alignment);
+      for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+        for (float& component : (*start)[axis]) {
+          component = static_cast<float>(double{component} * half->pixel);
+        }
+      }
+    }
+    LawSolver solver(level, model_, session_, [&](double left, double moved, double least) {
+      say_({.extent = level.extent, .error = pixel * left, .moved = pixel * moved, .smallest = least});
+    });
+    if (start) {
+      solver.begin(*std::exchange(start, std::nullopt));
+    } else {
+      solver.begin();
+    }
+    solver.iterate(accuracy, steps);
+    note(solver, level);
+    return solver.take_displacement();
+  }
+
+  Solution solution{};
+
+private:
+  void note(LawSolver& solver, const Level& level) {
+    std::vector<LevelResult> levels = solver.linear().work();
+    levels.front().residuals += solver.forces();
+    std::ranges::reverse(levels);
+    solution.levels.insert(solution.levels.end(), levels.begin(), levels.end());
+    solution.timings.add(solver.linear().timings());
+    solution.timings.compute += solver.seconds_of_forces();
+    solution.estimated_error = solver.left();
+    solution.least_volume = solver.least().share;
+    solution.failure = solver.why();
+    const double least = solver.least().share;
+    if (solution.failure.empty() && !(least > double{Laws<float>::least_volume})) {
+      solution.failure =
+          fmt::format("the cell at {} keeps {:.2g} of its {}, and no law holds below {:.2g}",
+                      level.extent.place(solver.least().site), least,
+                      level.extent.axes() == 3 ? "volume" : "area", Laws<float>::least_volume);
+    }
+  }
+
+  const ElasticModel& model_;
+  ElasticSession& session_;
+  const std::function<void(const LawStep&)>& say_;
+};
+
+} // namespace
+
+Solution solve_by_laws(const Scene& scene, ElasticSession& session, double accuracy,
+                       const std::function<void(const LawStep&)>& say) {
+  Nested nested(scene.elastic, session, say);
+  VectorField displacement = nested.solve(scene.full, 1.0, accuracy, most_steps);
+  nested.solution.displacement = std::move(displacement);
+  return std::move(nested.solution);
+}
+
+} // namespace hdmbench

@@ -1,0 +1,66 @@
+#pragma once
+
+#include "kernels/specification/elastic/elastic.hpp"
+
+namespace hdmbench {
+
+/// The laws of tissue (neo_hookean.inc) and the cells that have them (cell.inc) for any scalar. An image is a
+/// layer of cells.
+template <typename Scalar>
+struct Laws : ElasticVolume<Scalar, true> {
+  using real = Scalar;
+  using Volume = ElasticVolume<Scalar, true>;
+  using typename Volume::CellCorners;
+  using typename Volume::Coefficients;
+#define HDM_NUMBER(value) real(value)
+#include "kernels/specification/laws/neo_hookean.inc"
+// What a cell is made of comes after the law.
+#include "kernels/specification/laws/cell.inc"
+#undef HDM_NUMBER
+
+  /// Calls take(axis, corner, force) with what a cell does to its corners, whose displacements are
+  /// `displacement`(axis) and whose tissues `tissue`(corner), and returns the least share of its volume that
+  /// is left at a Gauss point.
+  template <typename Displacement, typename TissueAt, typename Take>
+  HDM_FUNCTION real for_each_force_by_law(const Displacement& displacement, const TissueAt& tissue,
+                                          Sides sides, const Take& take) {
+    const Gradients at =
+        gradients_of(slopes_at_points(Volume::coefficients_of(displacement(0)), sides),
+                     slopes_at_points(Volume::coefficients_of(displacement(1)), sides),
+                     slopes_at_points(Volume::coefficients_of(displacement(2)), sides));
+    const Stress s000 = stress_of(tissue(0), at.p000);
+    const Stress s100 = stress_of(tissue(1), at.p100);
+    const Stress s010 = stress_of(tissue(2), at.p010);
+    const Stress s110 = stress_of(tissue(3), at.p110);
+    const Stress s001 = stress_of(tissue(4), at.p001);
+    const Stress s101 = stress_of(tissue(5), at.p101);
+    const Stress s011 = stress_of(tissue(6), at.p011);
+    const Stress s111 = stress_of(tissue(7), at.p111);
+    const auto all = [&](real Stress::*part) HDM_INLINED {
+      return AtPoints{s000.*part, s100.*part, s010.*part, s110.*part,
+                      s001.*part, s101.*part, s011.*part, s111.*part};
+    };
+    const auto take_component = [&](int axis, const AtPoints& x, const AtPoints& y, const AtPoints& z)
+                                    HDM_INLINED {
+                                      const CellCorners force =
+                                          Volume::forces_of(tension_of_points(x, y, z, sides));
+                                      take(axis, 0, force.c000);
+                                      take(axis, 1, force.c100);
+                                      take(axis, 2, force.c010);
+                                      take(axis, 3, force.c110);
+                                      take(axis, 4, force.c001);
+                                      take(axis, 5, force.c101);
+                                      take(axis, 6, force.c011);
+                                      take(axis, 7, force.c111);
+                                    };
+    take_component(0, all(&Stress::xx), all(&Stress::xy), all(&Stress::xz));
+    take_component(1, all(&Stress::yx), all(&Stress::yy), all(&Stress::yz));
+    take_component(2, all(&Stress::zx), all(&Stress::zy), all(&Stress::zz));
+    const auto volume = [](const Gradient& h) HDM_INLINED { return real(1) + dilation_of(h, cofactors_of(h)); };
+    const auto least = [](real a, real b) HDM_INLINED { return b < a ? b : a; };
+    return least(least(least(volume(at.p000), volume(at.p100)), least(volume(at.p010), volume(at.p110))),
+                 least(least(volume(at.p001), volume(at.p101)), least(volume(at.p011), volume(at.p111))));
+  }
+};
+
+} // namespace hdmbench

@@ -1,0 +1,244 @@
+// Laws of large strains: forces, and whole solutions against Newton's method with assembled tangents.
+
+#include "harness/judge/truths.hpp"
+#include "harness/scene/method.hpp"
+#include "harness/scene/sites.hpp"
+#include "harness/solve/methods/laws.hpp"
+#include "kernels/data/elastic/law_forces.hpp"
+#include "reference/large_strains.hpp"
+#include "test/files.hpp"
+#include "test/scenes.hpp"
+#include "test/sessions.hpp"
+
+namespace hdmbench {
+namespace {
+
+using test::elastic_level;
+using test::Held;
+using test::Tissue;
+using testing::HasSubstr;
+
+constexpr float neo_hookean = 0.0F;
+
+void set_law(Level& level, float stiffening) {
+  level.stiffening = ScalarField(level.extent);
+  std::ranges::fill(level.stiffening.values, stiffening);
+}
+
+VectorField linear_forces(const Level& level, const ElasticModel& model, const VectorField& displacement) {
+  const auto session = test::scalar().open_elastic({});
+  session->load(make_elastic_hierarchy(level, model, Springs::none));
+  session->write(0, ElasticField::displacement, displacement);
+  session->forces(ElasticField::displacement, ElasticField::load);
+  VectorField force;
+  session->read(0, ElasticField::load, force);
+  return force;
+}
+
+/// A law of small strains has the forces of the linear energy, and the linear law has them of any.
+TEST(Laws, SmallStrainsHaveTheForcesOfTheLinearEnergy) {
+  for (const auto& [extent, sides] : {std::pair{Extent{33, 28}, std::array{1.0, 1.0, 1.0}},
+                                      {Extent{17, 31}, {1.0, 2.5, 1.0}},
+                                      {Extent{9, 8, 11}, {1.0, 1.0, 1.0}},
+                                      {Extent{8, 12, 7}, {1.5, 1.0, 3.0}}}) {
+    for (const double poisson : {0.0, 0.3, 0.45}) {
+      Level level = elastic_level(extent, Tissue::noise, Held::scattered, 100.0, 5);
+      level.sides = sides;
+      VectorField displacement = test::random_field(extent, 9);
+      const VectorField expected = linear_forces(level, poisson, displacement);
+      const double size = root_mean_square(expected);
+      const auto error = [&](const VectorField& found, double scale) {
+        double squares = 0.0;
+        for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+          for (std::size_t i = 0; i < extent.sites(); ++i) {
+            squares += std::pow(scale * double{found[axis][i]} - double{expected[axis][i]}, 2.0);
+          }
+        }
+        return std::sqrt(squares / static_cast<double>(extent.sites())) / size;
+      };
+      VectorField found;
+      set_law(level, -1.0F);
+      (void)law_forces(level, poisson, displacement, found);
+      EXPECT_LT(error(found, 1.0), 1e-6) << extent.text() << ", " << poisson;
+      constexpr float small = 0x1p-24F;
+      for (std::vector<float>& component : displacement.planes) {
+        std::ranges::for_each(component, [](float& value) { value *= small; });
+      }
+      for (const float stiffening : {neo_hookean, 5.0F}) {
+        set_law(level, stiffening);
+        (void)law_forces(level, poisson, displacement, found);
+        EXPECT_LT(error(found, 1.0 / double{small}), 2e-6) << extent.text() << ", " << poisson;
+      }
+    }
+  }
+}
+
+struct Case {
+  std::string name;
+  std::function<void(Level&)> make;
+  double poisson = 0.3;
+  int parts = 2; ///< of Newton's load
+};
+
+/// Prescribes a component where `at` says so, of a site whose coordinates are 0 ... 1.
+void hold(Level& level, const std::function<std::optional<double>(std::size_t axis, const Point& at)>& where) {
+  for_each_site(level.extent, [&](int x, int y, int z) {
+    const auto share = [](int i, int sides) { return sides > 1 ? static_cast<double>(i) / (sides - 1) : 0.0; };
+    const Point at{share(x, level.extent.width), share(y, level.extent.height), share(z, level.extent.depth)};
+    const std::size_t site = level.extent.index(x, y, z);
+    for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+      if (const std::optional<double> target = where(axis, at)) {
+        level.target[axis][site] = static_cast<float>(*target);
+        level.confidence[axis][site] = 1.0F;
+      }
+    }
+  });
+}
+
+bool is_border(const Level& level, const Point& at) {
+  const auto is_end = [](double place) { return place == 0.0 || place == 1.0; };
+  return is_end(at[0]) || is_end(at[1]) || (level.extent.axes() == 3 && is_end(at[2]));
+}
+
+/// The ends along x are held and pulled apart by a share of the length.
+void stretch(Level& level, double share) {
+  const double length = level.extent.width - 1;
+  hold(level, [&](std::size_t axis, const Point& at) -> std::optional<double> {
+    if (at[0] != 0.0 && at[0] != 1.0) {
+      return std::nullopt;
+    }
+    return axis == 0 ? share * length * (at[0] - 0.5) : 0.0;
+  });
+}
+
+void shear(Level& level, double share) {
+  const double length = level.extent.height - 1;
+  hold(level, [&](std::size_t axis, const Point& at) -> std::optional<double> {
+    if (at[1] != 0.0 && at[1] != 1.0) {
+      return std::nullopt;
+    }
+    return axis == 0 ? share * length * at[1] : 0.0;
+  });
+}
+
+/// What is in the middle is `contrast` times as stiff, and moved by a share of the width; the border is held.
+void move_middle(Level& level, double share, double contrast) {
+  const double length = level.extent.width - 1;
+  const auto is_inside = [&](const Point& at) {
+    double square = 0.0;
+    for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+      square += (at[axis] - 0.5) * (at[axis] - 0.5);
+    }
+    return square < 0.2 * 0.2;
+  };
+  hold(level, [&](std::size_t axis, const Point& at) -> std::optional<double> {
+    if (is_inside(at)) {
+      return axis == 0 ? share * length : 0.0;
+    }
+    return is_border(level, at) ? std::optional(0.0) : std::nullopt;
+  });
+  for_each_site(level.extent, [&](int x, int y, int z) {
+    const std::size_t site = level.extent.index(x, y, z);
+    if (level.confidence[0][site] == 1.0F && level.target[0][site] != 0.0F) {
+      level.modulus.values[site] = static_cast<float>(contrast);
+    }
+  });
+}
+
+void set_layers(Level& level, double contrast) {
+  for_each_site(level.extent, [&](int x, int y, int z) {
+    level.modulus.values[level.extent.index(x, y, z)] = y % 2 == 0 ? 1.0F : static_cast<float>(contrast);
+  });
+}
+
+const std::vector<Case>& cases() {
+  static const std::vector<Case> all{
+      {"stretch", [](Level& level) { stretch(level, 0.3); }},
+      {"stretch, ratio 0.45", [](Level& level) { stretch(level, 0.2); }, 0.45},
+      {"stretch, ratio 0", [](Level& level) { stretch(level, 0.3); }, 0.0},
+      {"compression", [](Level& level) { stretch(level, -0.2); }},
+      {"shear", [](Level& level) { shear(level, 0.5); }},
+      {"middle moved", [](Level& level) { move_middle(level, 0.12, 10.0); }},
+      {"middle moved far", [](Level& level) { move_middle(level, 0.2, 1.0); }},
+      {"layers", [](Level& level) { stretch(level, 0.2), set_layers(level, 100.0); }},
+      {"stiffening", [](Level& level) { shear(level, 0.4), set_law(level, 5.0F); }},
+      {"two laws",
+       [](Level& level) {
+         stretch(level, 0.2);
+         for (std::size_t i = 0; i < level.extent.sites(); ++i) {
+           level.stiffening.values[i] = i % 3 == 0 ? -1.0F : i % 3 == 1 ? 0.0F : 3.0F;
+         }
+       }},
+      {"boxes",
+       [](Level& level) {
+         level.sides = level.extent.axes() == 3 ? std::array{1.0, 1.5, 2.5} : std::array{1.0, 2.0, 1.0};
+         stretch(level, 0.25);
+       }},
+      {"loads",
+       [](Level& level) {
+         hold(level, [](std::size_t /*axis*/, const Point& at) {
+           return at[0] == 0.0 ? std::optional(0.0) : std::nullopt;
+         });
+         level.force = VectorField(level.extent);
+         std::ranges::fill(level.force[0], 0.02F);
+         std::ranges::fill(level.force[1], 0.002F);
+       }},
+      {"springs",
+       [](Level& level) {
+         hold(level, [](std::size_t /*axis*/, const Point& at) {
+           return at[0] == 0.0 ? std::optional(0.0) : std::nullopt;
+         });
+         for (std::size_t i = 0; i < level.extent.sites(); i += 7) {
+           if (level.confidence[0][i] == 0.0F) {
+             level.confidence[0][i] = 0.2F;
+             level.target[0][i] = 2.0F;
+             level.confidence[1][i] = 0.4F;
+             level.target[1][i] = -1.0F;
+           }
+         }
+       }}};
+  return all;
+}
+
+Scene scene_of(Extent extent, const Case& one) {
+  Scene scene;
+  use_energy(scene, energy_near(ReferenceSolution::finite_elements));
+  Level& level = scene.full;
+  level = Level{.extent = extent,
+                .target = VectorField(extent),
+                .confidence = VectorField(extent),
+                .modulus = ScalarField(extent)};
+  std::ranges::fill(level.modulus.values, 1.0F);
+  set_law(level, neo_hookean);
+  one.make(level);
+  set_inverse_modulus(level);
+  scene.elastic.poisson = one.poisson;
+  return scene;
+}
+
+TEST(Laws, SolutionsAreThoseOfNewtonsMethod) {
+  for (const Extent extent : {Extent{25, 23}, Extent{11, 9, 10}}) {
+    for (const Case& one : cases()) {
+      const Scene scene = scene_of(extent, one);
+      const Level& level = scene.full;
+      const ReferenceField truth =
+          solve_large_strains(elastic_problem(level), {level.stiffening.values.begin(), level.stiffening.values.end()},
+                              one.poisson, one.parts);
+      const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
+      int cycles = 0;
+      const Solution found = solve_by_laws(scene, *session, 1e-4, [&](const LawStep& /*step*/) { ++cycles; });
+      EXPECT_EQ(found.failure, "") << one.name;
+      const double error = rmsd(ReferenceField(found.displacement), truth);
+      Level linear = level;
+      linear.stiffening = {};
+      const double law = rmsd(ReferenceField(test::converged(linear, one.poisson)), truth);
+      fmt::print("{:9} {:22} cycles {:3} least {:.3f} estimate {:.2g} error {:.2g} linear {:.2g}\n", extent.text(), one.name,
+                 cycles, *found.least_volume, *found.estimated_error, error, law);
+      EXPECT_LT(error, 1e-4) << one.name;
+      EXPECT_GT(law, 10.0 * error) << one.name << ": the law does not matter";
+    }
+  }
+}
+
+} // namespace
+} // namespace hdmbench
