@@ -58,7 +58,7 @@ TEST(Laws, SmallStrainsHaveTheForcesOfTheLinearEnergy) {
       };
       VectorField found;
       set_law(level, -1.0F);
-      (void)law_forces(level, poisson, displacement, found);
+      (void)LawForces(level, poisson)(displacement, found);
       EXPECT_LT(error(found, 1.0), 1e-6) << extent.text() << ", " << poisson;
       constexpr float small = 0x1p-24F;
       for (std::vector<float>& component : displacement.planes) {
@@ -66,7 +66,7 @@ TEST(Laws, SmallStrainsHaveTheForcesOfTheLinearEnergy) {
       }
       for (const float stiffening : {neo_hookean, 5.0F}) {
         set_law(level, stiffening);
-        (void)law_forces(level, poisson, displacement, found);
+        (void)LawForces(level, poisson)(displacement, found);
         EXPECT_LT(error(found, 1.0 / double{small}), 2e-6) << extent.text() << ", " << poisson;
       }
     }

@@ -38,7 +38,7 @@ void ElasticFields::write(int level, ElasticField field, const VectorField& valu
 void ElasticFields::read(int level, ElasticField field, VectorField& values) const {
   const RingedField& from = at(level, field);
   const RingedGrid& grid = grids_.at(static_cast<std::size_t>(level));
-  values = VectorField(grid.sites);
+  resize(values, grid.sites);
   for_each_row(grid, [&](std::size_t axis, std::size_t outside, std::size_t inside) {
     std::copy_n(from[axis].data() + inside, grid.sites.width, values[axis].data() + outside);
   });

@@ -25,7 +25,7 @@ public:
       : name_(std::move(name)), steps_(std::move(owner)) {}
 
   void read(int level, ElasticField field, VectorField& values) const override {
-    values = VectorField(part(array(level, field)).sites);
+    resize(values, part(array(level, field)).sites);
     on_device([&](Steps& steps) {
       run_all(steps);
       steps.read(array(level, field), values);

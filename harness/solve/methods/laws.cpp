@@ -78,8 +78,9 @@ public:
   /// `say`: of every cycle. All must outlive this object.
   LawSolver(const Level& level, const ElasticModel& model, ElasticSession& session,
             std::function<void(double left, double moved, double least)> say)
-      : level_(level), model_(model), linear_(level, model, session, Strains::linearised),
-        say_(std::move(say)), displacement_(level.extent), residual_(level.extent) {}
+      : level_(level), model_(model), tissues_(level, model), linear_(level, model, session, Strains::linearised),
+        say_(std::move(say)), displacement_(level.extent), residual_(level.extent), tried_(level.extent),
+        tried_residual_(level.extent) {}
 
   /// Begins with the linear solution, or with parts of the load where that turns cells over.
   void begin() {
@@ -109,7 +110,6 @@ public:
     LeftByCycles left;
     VectorField correction(level_.extent);
     VectorField direction(level_.extent);
-    VectorField before(level_.extent);
     double product_before = 0.0; // 0: the next step begins anew
     double factor = 1.0;
     int stuck = 0;
@@ -127,15 +127,14 @@ public:
         why_ = "a cycle moves the field away from its end";
         return;
       }
-      const double share =
+      const double share = // flexible: Polak and Ribière
           product_before > 0.0
-              ? std::max(0.0, (product - dot(before, correction)) / product_before) // Polak and Ribiere
+              ? std::max(0.0, (product - dot(tried_residual_, correction)) / product_before)
               : 0.0;
       advance(direction, correction, static_cast<float>(share), direction);
       if (dot(direction, residual_) < 0.05 * product) {
         direction = correction;
       }
-      before = residual_;
       factor = std::clamp(factor, 0.05, 2.0);
       const bool went = search(direction, factor);
       product_before = went ? product : 0.0;
@@ -163,7 +162,7 @@ private:
     may_end_here();
     const Stopwatch watch(seconds_);
     ++forces_;
-    const LeastVolume least = law_forces(level_, model_, displacement, residual);
+    const LeastVolume least = tissues_(displacement, residual);
     const double unit = force_unit(level_, model_.poisson);
     const std::size_t sites = level_.extent.sites();
     for (std::size_t axis = 0; axis < level_.extent.axes(); ++axis) {
@@ -207,7 +206,7 @@ private:
   }
 
   /// Goes `factor` times the direction, and changes the factor until the residual has hardly a part along it.
-  /// False where it finds no such: then the field is as it was.
+  /// tried_residual_ is the one before then. False where it finds no such: then the field is as it was.
   bool search(const VectorField& direction, double& factor) {
     constexpr double enough = 0.2;
     constexpr int most = 12;
@@ -219,15 +218,13 @@ private:
     double at_low = first;
     double high = -1.0;
     double at_high = 0.0;
-    VectorField tried(level_.extent);
-    VectorField residual(level_.extent);
     for (int i = 0; i < most; ++i) {
-      advance(tried, displacement_, static_cast<float>(factor), direction);
-      const LeastVolume least = residual_of(tried, residual);
-      const double now = dot(residual, direction);
+      advance(tried_, displacement_, static_cast<float>(factor), direction);
+      const LeastVolume least = residual_of(tried_, tried_residual_);
+      const double now = dot(tried_residual_, direction);
       if (std::abs(now) <= enough * first || (i + 1 == most && now > -first)) {
-        std::swap(displacement_, tried);
-        std::swap(residual_, residual);
+        std::swap(displacement_, tried_);
+        std::swap(residual_, tried_residual_);
         least_ = least;
         return true;
       }
@@ -253,10 +250,13 @@ private:
 
   const Level& level_;
   ElasticModel model_;
+  LawForces tissues_;
   ElasticSolver linear_;
   std::function<void(double, double, double)> say_;
   VectorField displacement_;
   VectorField residual_;
+  VectorField tried_; ///< a displacement that search() looks at
+  VectorField tried_residual_;
   LeastVolume least_{};
   double load_ = 1.0; ///< the part of targets and loads that acts
   double left_ = unknown;

@@ -16,23 +16,11 @@ namespace {
 using LawsInFloat = Laws<float>;
 
 /// What every cell has in common.
-struct Constants {
-  float mu = 0.0F;   ///< Lame's constants for a modulus of 1, in the unit of sessions
+struct Material {
+  float mu = 0.0F;
   float lame = 0.0F;
   LawsInFloat::Sides sides{};
 };
-
-Constants constants_of(const Level& level, double poisson) {
-  const bool is_volume = level.extent.axes() == 3;
-  // For Young's modulus 1; and the energy is by coefficients of slopes, eight times those of unit cells.
-  const double unit = force_unit(level, poisson) / 32.0;
-  const double lame =
-      is_volume ? poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson)) : poisson / (1.0 - poisson * poisson);
-  const auto one_over = [&](std::size_t axis) { return static_cast<float>(1.0 / level.sides[axis]); };
-  return {.mu = static_cast<float>(unit / (2.0 * (1.0 + poisson))),
-          .lame = static_cast<float>(unit * lame),
-          .sides = {one_over(0), one_over(1), one_over(2)}};
-}
 
 /// The four rows of sites that a row of cells lies between: y in the lowest bit, then z, which an image has
 /// not.
@@ -50,7 +38,7 @@ struct Made {
 };
 
 /// A function of its own, so that the loop over cells becomes one of vectors.
-HDM_FUNCTION void make_cell(const Constants& constants, const Rows& rows, const Made& made, std::size_t i) {
+HDM_FUNCTION void make_cell(const Material& material, const Rows& rows, const Made& made, std::size_t i) {
   const auto displacement = [&](int axis) HDM_INLINED {
     const auto& of = rows.displacement[static_cast<std::size_t>(axis)];
     return LawsInFloat::CellCorners{of[0][i], of[0][i + 1], of[1][i], of[1][i + 1],
@@ -60,37 +48,42 @@ HDM_FUNCTION void make_cell(const Constants& constants, const Rows& rows, const 
     const auto row = static_cast<std::size_t>(corner) >> 1;
     const std::size_t at = i + (static_cast<std::size_t>(corner) & 1);
     const float modulus = rows.modulus[row][at];
-    return LawsInFloat::Tissue{modulus * constants.mu, modulus * constants.lame, rows.stiffening[row][at]};
+    return LawsInFloat::Tissue{modulus * material.mu, modulus * material.lame, rows.stiffening[row][at]};
   };
   made.volumes[i] = LawsInFloat::for_each_force_by_law(
-      displacement, tissue, constants.sides, [&](int axis, int corner, float force) HDM_INLINED {
+      displacement, tissue, material.sides, [&](int axis, int corner, float force) HDM_INLINED {
         made.forces[static_cast<std::size_t>(8 * axis + corner) * made.cells + i] = force;
       });
 }
 
-HDM_WIDE_VECTORS void make_cells(const Constants& constants, const Rows& rows, const Made& made) {
+HDM_WIDE_VECTORS void make_cells(const Material& material, const Rows& rows, const Made& made,
+                                 std::size_t begin, std::size_t end) {
 #pragma omp simd
-  for (std::size_t i = 0; i < made.cells; ++i) {
-    make_cell(constants, rows, made, i);
+  for (std::size_t i = begin; i < end; ++i) {
+    make_cell(material, rows, made, i);
   }
 }
 
+} // namespace
+
 /// The part of the sites that a thread has: all whose coordinate along the last axis is in [begin, end).
-class Part {
+class LawForces::Part {
 public:
-  Part(const Level& level, const Constants& constants, const VectorField& displacement, VectorField& force)
-      : level_(level), constants_(constants), displacement_(displacement), force_(force),
-        cells_(static_cast<std::size_t>(level.extent.width) - 1), forces_(24 * cells_), volumes_(cells_),
-        none_(static_cast<std::size_t>(level.extent.width), 0.0F),
-        linear_(static_cast<std::size_t>(level.extent.width), -1.0F) {}
+  Part(const LawForces& laws, const VectorField& displacement, VectorField& force)
+      : laws_(laws), level_(laws.level_), displacement_(displacement), force_(force),
+        cells_(static_cast<std::size_t>(level_.extent.width) - 1), forces_(24 * cells_), volumes_(cells_),
+        none_(cells_ + 1, 0.0F), linear_(cells_ + 1, -1.0F) {}
 
   LeastVolume run(int begin, int end) {
     const Extent extent = level_.extent;
-    const bool is_volume = extent.axes() == 3;
-    const int last = is_volume ? extent.depth - 1 : 1;
-    for (int z = is_volume ? std::max(begin - 1, 0) : 0; z < (is_volume ? std::min(end, last) : 1); ++z) {
-      const int first_row = is_volume ? 0 : std::max(begin - 1, 0);
-      for (int y = first_row; y < (is_volume ? extent.height - 1 : std::min(end, extent.height - 1)); ++y) {
+    if (extent.axes() == 2) {
+      for (int y = std::max(begin - 1, 0); y < std::min(end, extent.height - 1); ++y) {
+        add_row(y, 0, begin, end);
+      }
+      return least_;
+    }
+    for (int z = std::max(begin - 1, 0); z < std::min(end, extent.depth - 1); ++z) {
+      for (int y = 0; y + 1 < extent.height; ++y) {
         add_row(y, z, begin, end);
       }
     }
@@ -99,67 +92,59 @@ public:
 
 private:
   void add_row(int y, int z, int begin, int end) {
-    const Extent extent = level_.extent;
-    const bool is_volume = extent.axes() == 3;
+    const Cells cells = laws_.rows_[static_cast<std::size_t>(z * level_.extent.height + y)];
+    if (cells.begin == cells.end) {
+      return;
+    }
+    const bool is_volume = level_.extent.axes() == 3;
     Rows rows;
     std::array<std::size_t, 4> at{};
     for (std::size_t row = 0; row < 4; ++row) {
-      const int dz = is_volume ? static_cast<int>(row >> 1) : 0;
-      at[row] = extent.index(0, y + static_cast<int>(row & 1), z + dz);
+      at[row] = level_.extent.index(0, y + static_cast<int>(row & 1),
+                                    is_volume ? z + static_cast<int>(row >> 1) : 0);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         rows.displacement[axis][row] =
-            axis < extent.axes() ? displacement_[axis].data() + at[row] : none_.data();
+            axis < level_.extent.axes() ? displacement_[axis].data() + at[row] : none_.data();
       }
       rows.modulus[row] = level_.modulus.values.data() + at[row];
       rows.stiffening[row] = has_laws(level_) ? level_.stiffening.values.data() + at[row] : linear_.data();
     }
-    make_cells(constants_, rows, {forces_.data(), volumes_.data(), cells_});
+    const auto& [mu, lame, sides] = laws_.constants_;
+    make_cells({mu, lame, {sides[0], sides[1], sides[2]}}, rows, {forces_.data(), volumes_.data(), cells_},
+               static_cast<std::size_t>(cells.begin), static_cast<std::size_t>(cells.end));
     for (std::size_t row = 0; row < 4; ++row) {
       const int of_last_axis = is_volume ? z + static_cast<int>(row >> 1) : y + static_cast<int>(row & 1);
       if (of_last_axis >= begin && of_last_axis < end) {
-        add_to_sites(row, at[row]);
+        add_to_sites(cells, row, at[row]);
       }
     }
-    note_least(at);
+    for (int i = cells.begin; i < cells.end; ++i) {
+      const auto share = static_cast<double>(volumes_[static_cast<std::size_t>(i)]);
+      if (!(share >= least_.share)) {
+        least_ = {.share = share, .site = at[0] + static_cast<std::size_t>(i)};
+      }
+    }
   }
 
   /// Adds what the cells do to one of their rows of sites.
-  void add_to_sites(std::size_t row, std::size_t at) {
+  void add_to_sites(Cells cells, std::size_t row, std::size_t at) {
     for (std::size_t axis = 0; axis < level_.extent.axes(); ++axis) {
       float* const to = force_[axis].data() + at;
       const float* const left = forces_.data() + (8 * axis + 2 * row) * cells_;
       const float* const right = left + cells_;
 #pragma omp simd
-      for (std::size_t i = 0; i < cells_; ++i) {
+      for (int i = cells.begin; i < cells.end; ++i) {
         to[i] += left[i];
       }
 #pragma omp simd
-      for (std::size_t i = 0; i < cells_; ++i) {
+      for (int i = cells.begin; i < cells.end; ++i) {
         to[i + 1] += right[i];
       }
     }
   }
 
-  void note_least(const std::array<std::size_t, 4>& at) {
-    const auto is_free = [&](std::size_t i) {
-      return std::ranges::any_of(at, [&](std::size_t row) {
-        float least = 1.0F; // confidence of a component
-        for (std::size_t axis = 0; axis < level_.extent.axes(); ++axis) {
-          const float* const confidence = level_.confidence[axis].data() + row + i;
-          least = std::min({least, confidence[0], confidence[1]});
-        }
-        return least < 1.0F;
-      });
-    };
-    for (std::size_t i = 0; i < cells_; ++i) {
-      if (!(double{volumes_[i]} >= least_.share) && is_free(i)) {
-        least_ = {.share = double{volumes_[i]}, .site = at[0] + i};
-      }
-    }
-  }
-
+  const LawForces& laws_;
   const Level& level_;
-  Constants constants_;
   const VectorField& displacement_;
   VectorField& force_;
   std::size_t cells_;
@@ -170,31 +155,70 @@ private:
   LeastVolume least_{};
 };
 
-} // namespace
-
-LeastVolume law_forces(const Level& level, const ElasticModel& model, const VectorField& displacement,
-                       VectorField& force) {
+LawForces::LawForces(const Level& level, const ElasticModel& model) : level_(level) {
+  const bool is_volume = level.extent.axes() == 3;
+  // For Young's modulus 1; and the energy is by coefficients of slopes, eight times those of unit cells.
+  const double unit = force_unit(level, model.poisson) / 32.0;
+  const double nu = model.poisson;
+  const double lame = is_volume ? nu / ((1.0 + nu) * (1.0 - 2.0 * nu)) : nu / (1.0 - nu * nu);
+  constants_ = {.mu = static_cast<float>(unit / (2.0 * (1.0 + nu))), .lame = static_cast<float>(unit * lame)};
+  std::ranges::transform(level.sides, constants_.one_over_sides.begin(),
+                         [](double side) { return static_cast<float>(1.0 / side); });
   const Extent extent = level.extent;
-  const Constants constants = constants_of(level, model.poisson);
+  rows_.resize(static_cast<std::size_t>(extent.rows()));
+#pragma omp parallel for if (extent.sites() > sites_worth_threads)
+  for (int row = 0; row < extent.rows(); ++row) {
+    const int y = row % extent.height;
+    const int z = row / extent.height;
+    if (y + 1 == extent.height || (is_volume && z + 1 == extent.depth)) {
+      continue; // no cells begin here
+    }
+    const auto is_free = [&](int x) {
+      for (int corner = 0; corner < (is_volume ? 4 : 2); ++corner) {
+        const std::size_t site = extent.index(x, y + (corner & 1), z + (corner >> 1));
+        for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+          if (level.confidence[axis][site] < 1.0F) {
+            return true;
+          }
+        }
+      }
+      return false;
+    };
+    int first = 0;
+    while (first < extent.width && !is_free(first)) {
+      ++first;
+    }
+    int last = extent.width - 1;
+    while (last > first && !is_free(last)) {
+      --last;
+    }
+    if (first < extent.width) {
+      rows_[static_cast<std::size_t>(row)] = {.begin = std::max(first - 1, 0),
+                                              .end = std::min(last + 1, extent.width - 1)};
+    }
+  }
+}
+
+LeastVolume LawForces::operator()(const VectorField& displacement, VectorField& force) const {
+  const Extent extent = level_.extent;
   const int sites = extent.axes() == 3 ? extent.depth : extent.height; // along the last axis
   const int parts = extent.sites() > sites_worth_threads ? std::clamp(omp_get_max_threads(), 1, sites) : 1;
   std::vector<LeastVolume> least(static_cast<std::size_t>(parts));
-  if (force.extent != extent) {
-    force = VectorField(extent);
-  }
+  resize(force, extent);
 #pragma omp parallel for schedule(static, 1) if (parts > 1)
   for (int part = 0; part < parts; ++part) {
     const int begin = static_cast<int>(std::int64_t{sites} * part / parts);
     const int end = static_cast<int>(std::int64_t{sites} * (part + 1) / parts);
-    const std::size_t first = extent.axes() == 3 ? extent.index(0, 0, begin) : extent.index(0, begin);
-    const std::size_t count = extent.sites() / static_cast<std::size_t>(sites) * static_cast<std::size_t>(end - begin);
+    const std::size_t layer = extent.sites() / static_cast<std::size_t>(sites);
+    const std::size_t first = layer * static_cast<std::size_t>(begin);
+    const std::size_t last = layer * static_cast<std::size_t>(end);
     for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-      std::fill_n(force[axis].begin() + static_cast<std::ptrdiff_t>(first), count, 0.0F);
+      std::fill(force[axis].data() + first, force[axis].data() + last, 0.0F);
     }
-    least[static_cast<std::size_t>(part)] = Part(level, constants, displacement, force).run(begin, end);
+    least[static_cast<std::size_t>(part)] = Part(*this, displacement, force).run(begin, end);
     for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-      for (std::size_t site = first; site < first + count; ++site) {
-        force[axis][site] = level.confidence[axis][site] >= 1.0F ? 0.0F : force[axis][site];
+      for (std::size_t site = first; site < last; ++site) {
+        force[axis][site] = level_.confidence[axis][site] >= 1.0F ? 0.0F : force[axis][site];
       }
     }
   }

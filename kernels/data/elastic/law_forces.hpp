@@ -3,8 +3,10 @@
 #include "kernels/data/level.hpp"
 #include "kernels/data/modulus.hpp"
 
+#include <array>
 #include <cstddef>
 #include <limits>
+#include <vector>
 
 /// The forces of tissues with laws of large strains (specification/laws), on the host: the same bits whatever
 /// backend solves.
@@ -16,10 +18,35 @@ struct LeastVolume {
   std::size_t site = 0; ///< the corner of the cell with the least coordinates
 };
 
-/// Sets `force` to what the tissues do to every site under a displacement, in the unit of sessions
-/// (force_unit), 0 at prescribed components. Springs and loads are not in it. Returns the cell that has kept
-/// least, of those whose corners are not all prescribed. A level without laws is linear everywhere.
-LeastVolume law_forces(const Level& level, const ElasticModel& model, const VectorField& displacement,
-                       VectorField& force);
+/// A level whose tissues have laws; one without is linear everywhere.
+class LawForces {
+public:
+  /// The level must outlive this object.
+  LawForces(const Level& level, const ElasticModel& model);
+
+  /// Sets `force` to what the tissues do to every site under a displacement, in the unit of sessions
+  /// (force_unit), 0 at prescribed components. Springs and loads are not in it. Returns the cell that has
+  /// kept least, of those whose corners are not all prescribed.
+  LeastVolume operator()(const VectorField& displacement, VectorField& force) const;
+
+private:
+  class Part;
+
+  /// Of a row of cells those that a component can move: the others are as the conditions have them.
+  struct Cells {
+    int begin = 0;
+    int end = 0;
+  };
+  /// What every cell has in common.
+  struct Constants {
+    float mu = 0.0F;   ///< Lame's constants for a modulus of 1, in the unit of sessions
+    float lame = 0.0F;
+    std::array<float, 3> one_over_sides{};
+  };
+
+  const Level& level_;
+  Constants constants_;
+  std::vector<Cells> rows_;
+};
 
 } // namespace hdmbench
