@@ -59,8 +59,7 @@ std::optional<Response> neo_hookean(const Matrix3d& f, double mu_at_rest, double
     unit.data()[i] = 1.0;
     const double of_j = cofactor.cwiseProduct(unit).sum();
     const Matrix3d of_cofactor = (of_j * cofactor - cofactor * unit.transpose() * cofactor) / j;
-    const double of_mu =
-        mu_at_rest * 7.0 * std::pow(stretch, 6.0) * b / 4.0 * of_q.cwiseProduct(unit).sum();
+    const double of_mu = mu_at_rest * 7.0 * std::pow(stretch, 6.0) * b / 4.0 * of_q.cwiseProduct(unit).sum();
     const Matrix3d column =
         of_mu * of_q + mu * (unit - curvature * of_j * cofactor - slope * of_cofactor) +
         lame * ((slope * slope + log * curvature) * of_j * cofactor + log * slope * of_cofactor);
@@ -77,9 +76,9 @@ struct System {
 class Body {
 public:
   Body(const ElasticProblem& problem, const std::vector<double>& stiffening, double poisson)
-      : problem_(problem), stiffening_(stiffening), axes_(problem.extent.axes()),
-        mu_(0.5 / (1.0 + poisson)), lame_(axes_ == 3 ? poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
-                                                     : poisson / (1.0 - poisson * poisson)),
+      : problem_(problem), stiffening_(stiffening), axes_(problem.extent.axes()), mu_(0.5 / (1.0 + poisson)),
+        lame_(axes_ == 3 ? poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
+                         : poisson / (1.0 - poisson * poisson)),
         rule_(ElementRule::of(problem.extent, {poisson})) {
     unknown_.assign(axes_ * problem.extent.sites(), -1);
     for (std::size_t i = 0; i < unknown_.size(); ++i) {
@@ -116,7 +115,8 @@ public:
       }
       if (!problem_.spring[axis].empty()) {
         const double spring = problem_.spring[axis][site];
-        system.missing[unknown_[i]] += spring * (load * problem_.prescribed[axis][site] - displacement[axis][site]);
+        system.missing[unknown_[i]] +=
+            spring * (load * problem_.prescribed[axis][site] - displacement[axis][site]);
         entries.emplace_back(unknown_[i], unknown_[i], spring);
       }
     }

@@ -3,16 +3,23 @@
 #include "harness/judge/truths.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
+#include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/laws.hpp"
 #include "kernels/data/elastic/law_forces.hpp"
+#include "kernels/data/input_error.hpp"
+#include "kernels/specification/laws/laws.hpp"
 #include "reference/large_strains.hpp"
 #include "test/files.hpp"
 #include "test/scenes.hpp"
 #include "test/sessions.hpp"
 
+#include <Eigen/Geometry>
+#include <omp.h>
+
 namespace hdmbench {
 namespace {
 
+using Eigen::Matrix3d;
 using test::elastic_level;
 using test::Held;
 using test::Tissue;
@@ -81,9 +88,12 @@ struct Case {
 };
 
 /// Prescribes a component where `at` says so, of a site whose coordinates are 0 ... 1.
-void hold(Level& level, const std::function<std::optional<double>(std::size_t axis, const Point& at)>& where) {
+void hold(Level& level,
+          const std::function<std::optional<double>(std::size_t axis, const Point& at)>& where) {
   for_each_site(level.extent, [&](int x, int y, int z) {
-    const auto share = [](int i, int sides) { return sides > 1 ? static_cast<double>(i) / (sides - 1) : 0.0; };
+    const auto share = [](int i, int sides) {
+      return sides > 1 ? static_cast<double>(i) / (sides - 1) : 0.0;
+    };
     const Point at{share(x, level.extent.width), share(y, level.extent.height), share(z, level.extent.depth)};
     const std::size_t site = level.extent.index(x, y, z);
     for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
@@ -183,8 +193,7 @@ const std::vector<Case>& cases() {
          std::ranges::fill(level.force[0], 0.02F);
          std::ranges::fill(level.force[1], 0.002F);
        }},
-      {"springs",
-       [](Level& level) {
+      {"springs", [](Level& level) {
          hold(level, [](std::size_t /*axis*/, const Point& at) {
            return at[0] == 0.0 ? std::optional(0.0) : std::nullopt;
          });
@@ -221,9 +230,9 @@ TEST(Laws, SolutionsAreThoseOfNewtonsMethod) {
     for (const Case& one : cases()) {
       const Scene scene = scene_of(extent, one);
       const Level& level = scene.full;
-      const ReferenceField truth =
-          solve_large_strains(elastic_problem(level), {level.stiffening.values.begin(), level.stiffening.values.end()},
-                              one.poisson, one.parts);
+      const ReferenceField truth = solve_large_strains(
+          elastic_problem(level), {level.stiffening.values.begin(), level.stiffening.values.end()},
+          one.poisson, one.parts);
       const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
       int cycles = 0;
       const Solution found = solve_by_laws(scene, *session, 1e-4, [&](const LawStep& /*step*/) { ++cycles; });
@@ -232,12 +241,171 @@ TEST(Laws, SolutionsAreThoseOfNewtonsMethod) {
       Level linear = level;
       linear.stiffening = {};
       const double law = rmsd(ReferenceField(test::converged(linear, one.poisson)), truth);
-      fmt::print("{:9} {:22} cycles {:3} least {:.3f} estimate {:.2g} error {:.2g} linear {:.2g}\n", extent.text(), one.name,
-                 cycles, *found.least_volume, *found.estimated_error, error, law);
+      fmt::print(
+          "{:11} {:22} {:2} cycles, least volume {:.3f}, {:.1e} px off, estimated {:.1e}; linear {:.2g}\n",
+          extent.text(), one.name, cycles, *found.least_volume, error, *found.estimated_error, law);
       EXPECT_LT(error, 1e-4) << one.name;
       EXPECT_GT(law, 10.0 * error) << one.name << ": the law does not matter";
     }
   }
+}
+
+/// W of the header of neo_hookean.inc, from the gradient.
+double stored_energy(const Matrix3d& gradient, double mu, double lame, double b) {
+  const Matrix3d f = Matrix3d::Identity() + gradient;
+  const double volume = f.determinant();
+  const double log = 0.5 * (volume - 1.0 / volume);
+  const double strain = f.squaredNorm() - 3.0 - 2.0 * log;
+  const double stretched = b > 0.0 ? (std::pow(1.0 + b * strain / 8.0, 8.0) - 1.0) / b : strain;
+  return 0.5 * mu * stretched + 0.5 * lame * log * log;
+}
+
+Matrix3d stress_of(const Matrix3d& h, double mu, double lame, double b) {
+  const auto s = Laws<double>::stress_of(
+      {mu, lame, b}, {h(0, 0), h(0, 1), h(0, 2), h(1, 0), h(1, 1), h(1, 2), h(2, 0), h(2, 1), h(2, 2)});
+  Matrix3d stress;
+  stress << s.xx, s.xy, s.xz, s.yx, s.yy, s.yz, s.zx, s.zy, s.zz;
+  return stress;
+}
+
+TEST(Laws, AStressIsTheSlopeOfTheEnergyAndTurnsWithTheBody) {
+  test::Uniform uniform(11);
+  const auto random = [&](double size) {
+    Matrix3d matrix;
+    for (double& entry : matrix.reshaped()) {
+      entry = size * (2.0 * uniform() - 1.0);
+    }
+    return matrix;
+  };
+  const Matrix3d turn =
+      Eigen::AngleAxisd(1.1, Eigen::Vector3d(1.0, 2.0, -0.5).normalized()).toRotationMatrix();
+  for (int i = 0; i < 50; ++i) {
+    const Matrix3d gradient = random(0.35);
+    if ((Matrix3d::Identity() + gradient).determinant() < 0.2) {
+      continue;
+    }
+    for (const double b : {0.0, 4.0}) {
+      const Matrix3d stress = stress_of(gradient, 1.3, 2.1, b);
+      for (int entry = 0; entry < 9; ++entry) {
+        constexpr double step = 1e-6;
+        Matrix3d more = gradient;
+        Matrix3d less = gradient;
+        more.data()[entry] += step;
+        less.data()[entry] -= step;
+        const double slope =
+            (stored_energy(more, 1.3, 2.1, b) - stored_energy(less, 1.3, 2.1, b)) / (2.0 * step);
+        EXPECT_NEAR(stress.data()[entry], slope, 1e-7 * (1.0 + stress.norm())); // W has 16 digits, a step 6
+      }
+      const Matrix3d turned = turn * (Matrix3d::Identity() + gradient) - Matrix3d::Identity();
+      EXPECT_LT((stress_of(turned, 1.3, 2.1, b) - turn * stress).norm(), 1e-12 * (1.0 + stress.norm()));
+    }
+  }
+}
+
+/// An affine motion of the border is one of the inside: cells of any sides and moduli have its stress alike.
+TEST(Laws, AUniformStrainGoesThrough) {
+  for (const Extent extent : {Extent{21, 17}, Extent{9, 11, 8}}) {
+    Level level{.extent = extent,
+                .target = VectorField(extent),
+                .confidence = VectorField(extent),
+                .modulus = ScalarField(extent)};
+    std::ranges::fill(level.modulus.values, 3.0F);
+    level.sides = extent.axes() == 3 ? std::array{1.0, 2.0, 1.5} : std::array{1.0, 2.0, 1.0};
+    set_law(level, 2.0F);
+    const Matrix3d gradient{{0.3, 0.2, -0.1}, {-0.25, -0.2, 0.15}, {0.1, 0.05, 0.25}};
+    VectorField affine(extent);
+    for_each_site(extent, [&](int x, int y, int z) {
+      const Eigen::Vector3d at(level.sides[0] * x, level.sides[1] * y,
+                               extent.axes() == 3 ? level.sides[2] * z : 0.0);
+      const std::size_t site = extent.index(x, y, z);
+      const bool is_end = x == 0 || y == 0 || x + 1 == extent.width || y + 1 == extent.height ||
+                          (extent.axes() == 3 && (z == 0 || z + 1 == extent.depth));
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        affine[axis][site] = static_cast<float>(gradient.row(static_cast<Eigen::Index>(axis)).dot(at));
+        level.target[axis][site] = is_end ? affine[axis][site] : 0.0F;
+        level.confidence[axis][site] = is_end ? 1.0F : 0.0F;
+      }
+    });
+    Scene scene;
+    use_energy(scene, energy_near(ReferenceSolution::finite_elements));
+    scene.full = level;
+    set_inverse_modulus(scene.full);
+    const auto session = test::scalar().open_elastic({});
+    const Solution found = solve_by_laws(scene, *session, 1e-4, [](const LawStep& /*step*/) {});
+    EXPECT_EQ(found.failure, "");
+    EXPECT_LT(rmsd(ReferenceField(found.displacement), ReferenceField(affine)), 1e-4);
+    const Matrix3d in_plane =
+        extent.axes() == 3 ? gradient
+                           : Matrix3d(gradient.cwiseProduct(Matrix3d{{1, 1, 0}, {1, 1, 0}, {0, 0, 0}}));
+    EXPECT_NEAR(*found.least_volume, (Matrix3d::Identity() + in_plane).determinant(), 1e-3);
+  }
+}
+
+TEST(Laws, EveryBackendAndAnyNumberOfThreadsHasTheSameBits) {
+  for (const Extent extent : {Extent{61, 50}, Extent{9, 8, 10}, Extent{35, 34, 33}}) {
+    const bool is_large = extent.sites() > sites_worth_threads; // for processors: shaders take long
+    const Scene scene = scene_of(extent, cases()[5]);
+    std::optional<VectorField> first;
+    std::vector<std::pair<const Backend*, int>> all{{&test::find("openmp"), 1}, {&test::find("openmp"), 2}};
+    for (const Backend* const backend : test::present_backends()) {
+      const bool compiles_for_long = extent.axes() == 3 && backend->name() == "opencl";
+      if (backend->has_elastic() && !is_large && !compiles_for_long) {
+        all.emplace_back(backend, 0);
+      }
+    }
+    for (const auto& [backend, threads] : all) {
+      const auto session = backend->open_elastic({.device = {}, .threads = threads});
+      omp_set_num_threads(threads == 0 ? 2 : threads);
+      const Solution found = solve_by_laws(scene, *session, 0.01, [](const LawStep& /*step*/) {});
+      EXPECT_EQ(found.failure, "");
+      first = first ? first : found.displacement;
+      EXPECT_EQ(first->planes, found.displacement.planes) << backend->name() << ", " << threads << " threads";
+    }
+  }
+}
+
+/// What no law, or no step, can answer is said: where, or that there is no end.
+TEST(Laws, WhatCannotBeAnsweredIsSaid) {
+  const auto solved = [](const Case& one, Extent extent) {
+    const Scene scene = scene_of(extent, one);
+    const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
+    return solve_by_laws(scene, *session, 0.01, [](const LawStep& /*step*/) {});
+  };
+  const Solution turned_over = solved(
+      {"turned over",
+       [](Level& level) {
+         hold(level, [](std::size_t /*axis*/, const Point& at) { // the middle column passes its neighbour
+           return at[0] == 0.5                   ? std::optional(1.5)
+                  : at[0] == 0.0 || at[0] == 1.0 ? std::optional(0.0)
+                                                 : std::nullopt;
+         });
+         hold(level, [](std::size_t axis, const Point& at) {
+           return axis == 0 && at[0] > 0.5 && at[0] < 0.6 ? std::optional(0.0) : std::nullopt;
+         });
+       }},
+      {21, 19});
+  EXPECT_THAT(turned_over.beyond_law + turned_over.failure, HasSubstr("keeps"));
+  const Solution pressed = solved({"pressed", [](Level& level) { stretch(level, -0.97); }}, {21, 19});
+  EXPECT_NE(pressed.beyond_law + pressed.failure, "");
+}
+
+/// Where the law does not matter the linear solution stands: the first cycle finds nothing to do.
+TEST(Laws, SmallStrainsTakeNoMoreThanTheLinearSolution) {
+  const Scene scene = scene_of({61, 50}, {"little", [](Level& level) { stretch(level, 0.001); }});
+  const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
+  int cycles = 0;
+  (void)solve_by_laws(scene, *session, 0.01,
+                      [&](const LawStep& step) { cycles += step.extent == scene.extent() ? 1 : 0; });
+  EXPECT_EQ(cycles, 1);
+}
+
+/// Commands that know the linear energy alone say so.
+TEST(Laws, AreRefusedByWhatIsLinear) {
+  const Scene scene = scene_of({21, 19}, cases().front());
+  const auto session = test::scalar().open_elastic({});
+  EXPECT_THROW(ElasticSolver(scene.full, 0.3, *session), InputError);
+  Scene sites = scene;
+  EXPECT_THROW(use_energy(sites, usual_energy()), InputError);
 }
 
 } // namespace

@@ -78,6 +78,11 @@ TEST_F(RankProgram, VolumesAreThoseOfOneProcess) {
                     "kind = \"everything\"\nlabel = 1\n[[tissue]]\nlabel = 1\nmodulus = 0.003\ngray = 9\n"
                     "density = 1000\n[[condition]]\nwhere = \"front\"\ndx = 0\ndy = 0\ndz = 0\n"
                     "[[load]]\ngravity = [2.0, 0.0, 9.81]\n");
+  const fs::path laws = folder_.write(
+      "laws.toml", "energy = \"elastic\"\nlaw = \"neo-hookean\"\nsize = [17, 13, 25]\n[[shape]]\n"
+                   "kind = \"everything\"\nlabel = 1\n[[tissue]]\nlabel = 1\nmodulus = 0.003\ngray = 9\n"
+                   "[[condition]]\nwhere = \"front\"\ndx = 0\ndy = 0\ndz = 0\n"
+                   "[[condition]]\nwhere = \"back\"\ndx = 2\ndy = 0\ndz = 5\n");
   expect_files_of_one_process(
       {{"ball", "--size 9x30x22", 6},
        {"cube", "--size 5x7x33 --update coloured", 4}, // layers: the last one has a slice more
@@ -85,6 +90,7 @@ TEST_F(RankProgram, VolumesAreThoseOfOneProcess) {
        {"ball", "--size 33x18x27 --energy elastic", 4},
        {"random", "--size 20x19x36 --energy elastic --method conjugate-gradients --iterations 2", 6},
        {loads.string(), "", 3},
+       {laws.string(), "", 2},
        {"cube", "--size 12x13x25", 3, "openmp+opencl+vulkan-compute"},
        {"ball", "--size 17x13x25 --energy elastic", 3, "openmp+vulkan-compute+gl-compute"}});
 }

@@ -284,6 +284,11 @@ void require_spread(const Scene& scene, const SpreadRequest& request) {
         "--uncertainty is for the elastic energy, whose field follows from deviations and moduli; "
         "give --energy elastic");
   }
+  if (has_laws(scene.full)) {
+    throw InputError(
+        "--uncertainty draws from the linear energy, and some tissue has a law of large strains: "
+        "leave one of the two out");
+  }
   if (request.moduli > 0.0 && scene.labels.values.empty()) {
     throw InputError(fmt::format(
         "--uncertain-moduli draws one factor for each label, and {} has none (an image of moduli, "

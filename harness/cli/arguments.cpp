@@ -98,6 +98,7 @@ Scene scene_of(const Call& call, const Option<std::string>& name) {
                                         .slice = call[option::slice],
                                         .tissues = call[option::tissues],
                                         .points = call[option::points],
+                                        .law = call[option::law],
                                         .idle_point = call.idle_point,
                                         .energy = call.schedule.energy_to_be(),
                                         .as_cubes = !call.schedule.takes_boxes});

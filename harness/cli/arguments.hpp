@@ -53,6 +53,11 @@ inline const Option<std::filesystem::path>
             "The scene is an image of labels, and this file has the [[tissue]] of each of them, and what "
             "else of a scene is not to be as usual (elastic, the border held)",
             Content::toml);
+inline const Option<std::string>
+    law("--law",
+        "Law of all tissues whose [[tissue]] states none: linear, or neo-hookean, which holds for large "
+        "strains, with the elastic energy",
+        {}, CLI::IsMember({"linear", "neo-hookean"}));
 inline const Option<std::vector<std::filesystem::path>>
     points("--points,--landmarks",
            "Points that have moved: a file of 3D Slicer's of before and one of after (.fcsv, .mrk.json), "

@@ -126,7 +126,13 @@ json deformation(Call& call, const Scene& plain, const Recipe& recipe, const std
     scene = with_drawn_moduli(scene, recipe.moduli, random);
   }
   progress.describe(fmt::format("dataset: {} of {}", number, call[how_many]));
-  const VectorField field = solver.solve(scene, progress).displacement;
+  const Solution solution = solver.solve(scene, progress);
+  if (const std::string absurd = why_absurd(scene, solution); !absurd.empty()) {
+    throw InputError(fmt::format("deformation {} has no displacement: {}; give the recipe smaller ranges, or "
+                                 "another --seed",
+                                 number, absurd));
+  }
+  const VectorField& field = solution.displacement;
   write_displacement(folder / names[1], field, scene.spacing, scene.placement, scene.oblong);
   const Inverse inverse = write_inverse(folder / names[2], scene, field);
   write_moved(folder / names[3], call[label_image], folder / names[2], true);

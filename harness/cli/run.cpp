@@ -287,11 +287,12 @@ void print_way(const Solved& solved, const json& row, bool explained) {
 void print_result(const Call& call, const Solved& solved, json& row) {
   const Solution& solution = solved.solution;
   fmt::print("\n  {}, largest displacement {:.4g} {}, {} iterations in {}\n",
-             solution.least_volume ? fmt::format("least {} of a cell {:.3g} of what it was",
-                                                 solved.is_volume() ? "volume" : "area", *solution.least_volume)
-                                   : fmt::format("mean energy {:.6g}", row["mean_energy"].get<double>()),
-             row["largest_displacement"].get<double>(), solved.unit(),
-             row["iterations"].get<std::int64_t>(), duration_text(solution.timings.total()));
+             solution.least_volume
+                 ? fmt::format("least {} of a cell {:.3g} of what it was",
+                               solved.is_volume() ? "volume" : "area", *solution.least_volume)
+                 : fmt::format("mean energy {:.6g}", row["mean_energy"].get<double>()),
+             row["largest_displacement"].get<double>(), solved.unit(), row["iterations"].get<std::int64_t>(),
+             duration_text(solution.timings.total()));
   if (solution.estimated_error && !solved.plan) {
     fmt::print("  estimated distance from finite elements {:.2g} {}\n", *solution.estimated_error,
                solved.unit());
@@ -301,9 +302,7 @@ void print_result(const Call& call, const Solved& solved, json& row) {
   report_points(solved.scene, solution.displacement, solved.left_out, row);
   report_spread(call, solved.scene, solved.how_sure, row);
   if (!solved.absurd.empty()) {
-    fmt::print(
-        "  NO RESULT: {}; look for extreme moduli, targets or a huge --penalty, or take another --method\n",
-        solved.absurd);
+    fmt::print("  {}\n", no_result_text(solved.scene, solved.absurd));
   }
   fmt::print("\n{}\n", is_inspected(solved.scene.extent())
                            ? warnings_text(solved.warnings)
@@ -450,7 +449,8 @@ int run_scene(Call& call) {
   print_run(call, solved, by_rank, row);
   finish_files(call, written, clock, progress, row);
   call.write(json::array({without_nulls(row)}));
-  return solved.absurd.empty() && (!answer.plan || answer.plan->met) ? success : disagreement;
+  const bool is_sound = solved.absurd.empty() && solution.beyond_law.empty();
+  return is_sound && (!answer.plan || answer.plan->met) ? success : disagreement;
 }
 
 } // namespace
@@ -462,9 +462,9 @@ void add_run(CLI::App& program, Call& call) {
       "Solve one scene; write the displacement in millimetres, and the picture before and after, the\n"
       "deformed grid and the displacement's magnitude and change of area or volume as PNG; say what speaks\n"
       "against the result.",
-      {scene_or_labels, option::size, option::tissues, option::points, leave_one_out, schedule_options(true),
-       backend_options(), option::output, option::format, transform, moving, no_pictures, option::json,
-       spread_options().under("How sure is it?"),
+      {scene_or_labels, option::size, option::tissues, option::law, option::points, leave_one_out,
+       schedule_options(true), backend_options(), option::output, option::format, transform, moving,
+       no_pictures, option::json, spread_options().under("How sure is it?"),
        Options{accuracy, within, explain}.under("No more than the scene needs"),
        Options{sites_per_rank, halo}.under("Several processes (mpirun -n 4 hdmbench run ...)")},
       {"scene is required", "--uncertain-moduli needs --uncertainty", "--spread needs --uncertainty",

@@ -75,9 +75,7 @@ Found find(Asked& asked, const std::function<Scene(ScheduleOverrides&)>& load, P
   const Solution& solution = found.answer.solution();
   may_end_here();
   if (const std::string absurd = why_absurd(found.scene, solution); !absurd.empty()) {
-    throw std::runtime_error(fmt::format("NO RESULT: {}; look for extreme moduli, targets or a huge "
-                                         "--penalty, or take another --method",
-                                         absurd));
+    throw std::runtime_error(no_result_text(found.scene, absurd));
   }
   may_end_here();
   found.warnings = diagnose(found.scene, solution, found.answer.plan);

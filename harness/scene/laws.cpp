@@ -1,5 +1,6 @@
 #include "harness/scene/method.hpp"
 #include "harness/scene/scene_content.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
 
@@ -12,7 +13,6 @@ namespace hdmbench {
 
 namespace {
 
-constexpr std::array<std::string_view, 3> law_names{"linear", "neo-hookean", "stiffening"};
 constexpr float linear = -1.0F; ///< as Level::stiffening has it
 constexpr float neo_hookean = 0.0F;
 
@@ -32,17 +32,19 @@ std::optional<float> read_law(TomlReader& table) {
   }
 }
 
-void apply_laws(TomlReader& scene, const Content& content, const RegisteredEnergy& energy, Level& level) {
-  const float usual = read_law(scene).value_or(linear);
+void apply_laws(TomlReader& scene, const Content& content, const RegisteredEnergy& energy,
+                const std::string& law, Level& level) {
+  const float of_file = read_law(scene).value_or(linear);
+  const float usual = law.empty() ? of_file : law == law_names[0] ? linear : neo_hookean;
   const auto has_law = [](float stiffening) { return stiffening >= 0.0F; };
   const auto of_labels = content.stiffening | std::views::values;
   if (!has_law(usual) && std::ranges::none_of(of_labels, has_law)) {
     return;
   }
   if (!energy.takes_laws) {
-    scene.fail("law", fmt::format("of large strains is nothing that the {} energy knows; give energy = "
-                                  "\"elastic\"",
-                                  energy.name));
+    throw InputError(fmt::format("a law of large strains is nothing that the {} energy knows; give energy = "
+                                 "\"elastic\", or --energy elastic",
+                                 energy.name));
   }
   level.stiffening = ScalarField(level.extent);
   std::ranges::fill(level.stiffening.values, usual);

@@ -182,7 +182,7 @@ void read_conditions(TomlReader& reader, const SceneText& file, const SceneOptio
   std::ranges::move(content.idle, std::back_inserter(scene.idle));
   apply_points(reader, file.folder, options, content, scene);
   std::ranges::move(apply_loads(reader, content, energy, scene.full), std::back_inserter(scene.idle));
-  apply_laws(reader, content, energy, scene.full);
+  apply_laws(reader, content, energy, options.law, scene.full);
   if (content.segmented && is_inspected(scene.extent())) {
     scene.labels = std::move(content.labels);
   }
@@ -293,9 +293,10 @@ bool is_inspected(Extent extent) {
   return extent.sites() <= std::size_t{4096} * 4096;
 }
 
-void require_memory(Extent extent, const RegisteredEnergy& energy) {
+void require_memory(Extent extent, const RegisteredEnergy& energy, bool by_laws) {
   const bool is_volume = extent.axes() == 3;
-  const double per_site = is_volume ? energy.bytes_per_voxel : energy.bytes_per_pixel;
+  const double per_site = (is_volume ? energy.bytes_per_voxel : energy.bytes_per_pixel) +
+                          (by_laws ? 90.0 : 0.0); // the peak of `run ball --size 200x200x200` was 207
   const double needed = per_site * static_cast<double>(extent.sites());
   const double present =
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));

@@ -27,6 +27,8 @@ enum class Stop {
 
 /// What scene files call them, in the order of the enumerators.
 inline constexpr std::array<std::string_view, 3> stop_names{"fixed", "still", "energy"};
+/// The laws of tissue (kernels/specification/laws).
+inline constexpr std::array<std::string_view, 3> law_names{"linear", "neo-hookean", "stiffening"};
 inline constexpr std::array<std::string_view, 2> integration_names{"full", "selective-reduced"};
 inline constexpr std::array<std::string_view, 2> alignment_names{"corner", "center"};
 inline constexpr std::array<std::string_view, 4> update_names{"simultaneous", "sequential", "coloured",
@@ -137,7 +139,8 @@ struct SceneOptions {
   std::filesystem::path tissues{}; ///< of a scene that is an image of labels, as of scene_of_labels()
   std::vector<std::filesystem::path> points{}; ///< more than the file's own, as of apply_points()
   std::vector<PointPair> pairs{};              ///< the same, read already
-  std::optional<std::size_t> idle_point{};     ///< the one of Scene::points that does not act
+  std::string law{}; ///< of all tissues that state none, in place of the file's: "neo-hookean". Empty: that
+  std::optional<std::size_t> idle_point{}; ///< the one of Scene::points that does not act
   /// That it will minimise, whatever its file says; null: the file's. With the elastic energy, and without
   /// `size`, the pixels of an image stay rectangles and its voxels boxes (Level::sides), unless `as_cubes`.
   const RegisteredEnergy* energy = nullptr;
@@ -150,7 +153,8 @@ struct SceneOptions {
 
 /// Throws InputError for an image or a volume that this machine's memory cannot hold while the energy is
 /// minimised, before the kernel kills the program for it.
-void require_memory(Extent extent, const RegisteredEnergy& energy = usual_energy());
+/// `by_laws`: of tissues with laws of large strains, for whose steps the host has fields of its own.
+void require_memory(Extent extent, const RegisteredEnergy& energy = usual_energy(), bool by_laws = false);
 
 /// The shipped images in the order of the thesis, then the brain, then what is only for verify.
 [[nodiscard]] std::vector<std::string> shipped_scenes();

@@ -26,7 +26,7 @@ using Pair = std::array<double, 2>;
 struct Tissue {
   float modulus = 0.0F;
   float gray = 0.0F;
-  std::optional<double> density{}; ///< kg/m^3
+  std::optional<double> density{};   ///< kg/m^3
   std::optional<float> stiffening{}; ///< as Level has it; none: the scene's own
 };
 

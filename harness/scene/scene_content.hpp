@@ -111,9 +111,10 @@ void read_vector_images(TomlReader& image, const SceneText& file, std::optional<
 /// Reads the law of large strains that a table states, as Level::stiffening has it; none: it states none.
 [[nodiscard]] std::optional<float> read_law(TomlReader& table);
 
-/// Sets level.stiffening from the laws of labels and, for all others, of the scene; leaves it empty where all
-/// are linear. `energy` is the one that will be minimised.
-void apply_laws(TomlReader& scene, const Content& content, const RegisteredEnergy& energy, Level& level);
+/// Sets level.stiffening from the laws of labels and, for all others, of the scene, or `law` in its place
+/// where that is not empty; leaves it empty where all are linear. `energy` is the one that will be minimised.
+void apply_laws(TomlReader& scene, const Content& content, const RegisteredEnergy& energy,
+                const std::string& law, Level& level);
 
 /// Adds the [[points]] of a scene, whose files are looked for in `folder`, those of options.points (none, a
 /// file of pairs, or one of before and one of after) and options.pairs to scene.points, and lets all but

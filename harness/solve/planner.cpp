@@ -378,15 +378,16 @@ Plan solve_as_needed_by_laws(const Scene& scene, const Request& request, Elastic
   plan.solution = solve_by_laws(scene, session, *request.accuracy, [&](const LawStep& step) {
     plan.steps.push_back({.extent = step.extent,
                           .action = "cycle by laws",
-                          .reason = fmt::format("the least cell keeps {:.2g} of its {}", step.smallest,
-                                                step.extent.axes() == 3 ? "volume" : "area"),
+                          .reason = step.of_linear
+                                        ? "the linear solution is about so far from the law's"
+                                        : fmt::format("the least cell keeps {:.2g} of its {}", step.smallest,
+                                                      step.extent.axes() == 3 ? "volume" : "area"),
                           .moved = step.moved,
                           .expected_error = step.error,
                           .seconds = clock.seconds()});
-    progress.describe(
-        fmt::format("{} {}: {:.2g} px left", scene.name, step.extent.text(), step.error));
+    progress.describe(fmt::format("{} {}: {:.2g} px left", scene.name, step.extent.text(), step.error));
   });
-  conclude(plan, scene, request, clock.seconds(), "");
+  conclude(plan, scene, request, clock.seconds(), plan.solution.beyond_law);
   return plan;
 }
 

@@ -50,6 +50,8 @@ struct Solution {
   bool grew = false; ///< cycles moved the field farther and farther, and were ended
   /// Of laws of large strains: why there is no answer; empty: there is one.
   std::string failure{};
+  /// Of such laws: where a cell has been pressed together farther than they hold; empty: nowhere.
+  std::string beyond_law{};
   /// Of such laws: the least share of its volume, or of its area, that a cell has kept at a Gauss point, of
   /// cells that are not prescribed altogether.
   std::optional<double> least_volume{};
@@ -76,8 +78,8 @@ struct SolveOptions {
 /// The largest |component|, pixels; infinite where one is not a number, 0 of an empty field.
 [[nodiscard]] double largest_component(const VectorField& field);
 
-/// Returns the sum of the products of all components, in double, row by row: the same bits whatever the number
-/// of threads.
+/// Returns the sum of the products of all components, in double, row by row: the same bits whatever the
+/// number of threads.
 [[nodiscard]] double dot(const VectorField& first, const VectorField& second);
 /// Returns the root of the mean square over sites, pixels.
 [[nodiscard]] double root_mean_square(const VectorField& field);

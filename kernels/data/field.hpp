@@ -115,8 +115,8 @@ struct VectorField : Planes<float> {
   }
 };
 
-/// Gives the field such an extent and values that say nothing. It keeps the memory of one that has it already:
-/// the system clears new memory first, which in a large volume takes as long as a sweep.
+/// Gives the field such an extent and values that say nothing. It keeps the memory of one that has it
+/// already: the system clears new memory first, which in a large volume takes as long as a sweep.
 inline void resize(VectorField& field, Extent extent) {
   if (field.extent != extent || field[0].size() != extent.sites()) {
     field = VectorField(extent);

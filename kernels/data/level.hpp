@@ -56,8 +56,8 @@ struct Level {
   /// The load on every site, over the area or the volume of a pixel or voxel whose sides are those: MPa over
   /// a shortest side. Empty: there is none. Elastic energies alone know it.
   VectorField force{};
-  /// How every site's tissue answers to large strains (specification/laws): 0 is neo-Hookean, above 0 stiffens
-  /// with the strain, below 0 is linear. Empty: all are linear. Elastic energies alone know it.
+  /// How every site's tissue answers to large strains (specification/laws): 0 is neo-Hookean, above 0
+  /// stiffens with the strain, below 0 is linear. Empty: all are linear. Elastic energies alone know it.
   ScalarField stiffening{};
 };
 

@@ -108,6 +108,15 @@ class SameBits(InFolder):
         same = hdmbench.solve(labels, moduli, self.pairs, method="full-multigrid", iterations=3, spacing=2)
         self.same(same.displacement, expected)
 
+    def test_laws(self):
+        labels = labels_of((12, 11, 13))
+        laws = {label: {"modulus": modulus, "law": "neo-hookean"} for label, modulus in moduli.items()}
+        linear, _ = self.command(labels, *self.points(self.pairs), spacing=(2, 2, 2))
+        expected, row = self.command(labels, "--law", "neo-hookean", *self.points(self.pairs), spacing=(2, 2, 2))
+        self.assertLess(row["least_volume"], 1.0)
+        self.assertFalse((linear == expected).all())
+        self.same(hdmbench.solve(labels, laws, self.pairs, spacing=2).displacement, expected)
+
     def test_shipped_scenes(self):
         for scene, options, words in (
                 ("square", {"size": 40}, ["--size", 40]),

@@ -5,6 +5,7 @@
 #include "harness/scene/sites.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/fixed_point.hpp"
+#include "reference/large_strains.hpp"
 
 #include <families_text.hpp>
 #include <fmt/format.h>
@@ -68,6 +69,23 @@ void add_finite_elements(Problem& problem, double /*knob*/) {
   } catch (const InputError&) {
     problem.truth = {};
   }
+}
+
+/// The same of neo-Hookean tissue; empty where Newton's method finds none.
+void add_neo_hookean_elements(Problem& problem, double /*knob*/) {
+  const Scene& scene = problem.scene;
+  constexpr int parts = 8; // of the load
+  try {
+    problem.truth =
+        solve_large_strains(elastic_problem(scene.full), std::vector<double>(scene.extent().sites()),
+                            scene.elastic.poisson, parts);
+  } catch (const InputError&) {
+    problem.truth = {};
+  }
+}
+
+void be_neo_hookean(Problem& problem, double /*knob*/) {
+  problem.scene.full.stiffening = ScalarField(problem.scene.extent());
 }
 
 /// Of a volume whose elements have a third of the side and the same moduli at the same places.
@@ -182,6 +200,12 @@ void press(Problem& problem, double percent) {
   for_each_value(problem.scene.full.target, [&](float& value) { value *= factor; });
 }
 
+/// Conditions move so many percent of what they do in the scene.
+void move_by(Problem& problem, double percent) {
+  for_each_value(problem.scene.full.target,
+                 [&](float& value) { value *= static_cast<float>(percent / 100.0); });
+}
+
 /// Nothing but some sites is known.
 void support(Problem& problem, double sites) {
   Scene& scene = problem.scene;
@@ -238,6 +262,9 @@ const std::map<std::string_view, Step> steps{
      [](Problem& problem, double) { problem.truth = solve_fixed_point(problem.scene.full).displacement; }},
     {"finite elements", add_finite_elements},
     {"finer elements", add_finer_elements},
+    {"moved so far", move_by},
+    {"neo-Hookean", be_neo_hookean},
+    {"neo-Hookean elements", add_neo_hookean_elements},
     {"selective integration",
      [](Problem& problem, double) { problem.scene.elastic.integration = Integration::selective_reduced; }},
     {"finite elements that bulge",

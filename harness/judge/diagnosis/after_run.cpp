@@ -189,8 +189,12 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
     check_met(scene, field, warnings);
     check_rest(scene, solution, warnings);
   } else if (const std::string absurd = why_absurd(scene, solution); !absurd.empty()) {
-    warn(warnings, "divergence/elastic", std::nullopt, "why"_a = absurd);
+    warn(warnings, has_laws(scene.full) ? "divergence/laws" : "divergence/elastic", std::nullopt,
+         "why"_a = absurd);
   } else {
+    if (!solution.beyond_law.empty()) {
+      warn(warnings, "beyond-law", std::nullopt, "why"_a = solution.beyond_law);
+    }
     check_folds();
     check_elastic_rest(scene, solution, warnings);
   }

@@ -26,6 +26,9 @@ using Warnings = std::vector<Warning>;
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Warning, kind, message, advice, sites)
 
+/// Says for people that a scene has no displacement: why, and what to do.
+[[nodiscard]] std::string no_result_text(const Scene& scene, std::string_view why);
+
 /// A block for people, lines of at most 110 characters that end in a newline; one line where nothing was
 /// found.
 [[nodiscard]] std::string warnings_text(std::span<const Warning> warnings);

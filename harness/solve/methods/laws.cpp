@@ -78,17 +78,19 @@ public:
   /// `say`: of every cycle. All must outlive this object.
   LawSolver(const Level& level, const ElasticModel& model, ElasticSession& session,
             std::function<void(double left, double moved, double least)> say)
-      : level_(level), model_(model), tissues_(level, model), linear_(level, model, session, Strains::linearised),
-        say_(std::move(say)), displacement_(level.extent), residual_(level.extent), tried_(level.extent),
+      : level_(level), model_(model), tissues_(level, model),
+        linear_(level, model, session, Strains::linearised), say_(std::move(say)),
+        displacement_(level.extent), residual_(level.extent), tried_(level.extent),
         tried_residual_(level.extent) {}
 
-  /// Begins with the linear solution, or with parts of the load where that turns cells over.
-  void begin() {
+  /// Begins with the linear solution, or with parts of the load where that turns cells over. Returns whether
+  /// it is the linear one.
+  bool begin() {
     linear_.full_multigrid();
     displacement_ = linear_.displacement();
     find_residual();
     if (least_.share >= least_of_start) {
-      return;
+      return true;
     }
     displacement_ = VectorField(level_.extent);
     for (int part = 1; part <= parts_of_load; ++part) {
@@ -98,6 +100,7 @@ public:
         iterate(accuracy_of_starts, steps_of_starts);
       }
     }
+    return false;
   }
   void begin(VectorField displacement) {
     displacement_ = std::move(displacement);
@@ -128,9 +131,8 @@ public:
         return;
       }
       const double share = // flexible: Polak and Ribière
-          product_before > 0.0
-              ? std::max(0.0, (product - dot(tried_residual_, correction)) / product_before)
-              : 0.0;
+          product_before > 0.0 ? std::max(0.0, (product - dot(tried_residual_, correction)) / product_before)
+                               : 0.0;
       advance(direction, correction, static_cast<float>(share), direction);
       if (dot(direction, residual_) < 0.05 * product) {
         direction = correction;
@@ -182,7 +184,9 @@ private:
     }
     return least;
   }
-  void find_residual() { least_ = residual_of(displacement_, residual_); }
+  void find_residual() {
+    least_ = residual_of(displacement_, residual_);
+  }
 
   /// Brings prescribed components to their targets, and what is around them along, as the linear energy has
   /// it.
@@ -241,8 +245,7 @@ private:
         at_high = std::isfinite(now) ? now : -std::numeric_limits<double>::max();
       }
       const bool is_secant = at_high > -std::numeric_limits<double>::max();
-      const double guess =
-          is_secant ? low + (high - low) * at_low / (at_low - at_high) : 0.5 * (low + high);
+      const double guess = is_secant ? low + (high - low) * at_low / (at_low - at_high) : 0.5 * (low + high);
       factor = std::clamp(guess, low + 0.1 * (high - low), high - 0.1 * (high - low));
     }
     return false;
@@ -276,7 +279,8 @@ std::optional<Half> half_of(const Level& full) {
   const Extent extent = full.extent;
   const auto half = [](int sites) { return sites > 1 ? sites / 2 + 1 : 1; };
   const Extent coarse{half(extent.width), half(extent.height), half(extent.depth)};
-  const int shortest = std::min({extent.width, extent.height, extent.axes() == 3 ? extent.depth : extent.width});
+  const int shortest =
+      std::min({extent.width, extent.height, extent.axes() == 3 ? extent.depth : extent.width});
   if (shortest <= fewest_sites || has_forces(full)) { // sampled loads would pull otherwise
     return std::nullopt;
   }
@@ -322,13 +326,18 @@ public:
         }
       }
     }
+    bool of_linear = false; // the next cycle
     LawSolver solver(level, model_, session_, [&](double left, double moved, double least) {
-      say_({.extent = level.extent, .error = pixel * left, .moved = pixel * moved, .smallest = least});
+      say_({.extent = level.extent,
+            .error = pixel * left,
+            .moved = pixel * moved,
+            .of_linear = std::exchange(of_linear, false),
+            .smallest = least});
     });
     if (start) {
       solver.begin(*std::exchange(start, std::nullopt));
     } else {
-      solver.begin();
+      of_linear = solver.begin();
     }
     solver.iterate(accuracy, steps);
     note(solver, level);
@@ -345,12 +354,16 @@ private:
     solution.levels.insert(solution.levels.end(), levels.begin(), levels.end());
     solution.timings.add(solver.linear().timings());
     solution.timings.compute += solver.seconds_of_forces();
-    solution.estimated_error = solver.left();
+    const double largest = largest_component(solver.displacement());
+    const ModulusRange moduli = modulus_range(level.modulus);
+    const double contrast = has_springs(level) ? moduli.stiffest / moduli.softest : 1.0;
+    solution.estimated_error = std::hypot(solver.left(), solver.linear().rounding(largest, contrast));
     solution.least_volume = solver.least().share;
     solution.failure = solver.why();
     const double least = solver.least().share;
-    if (solution.failure.empty() && !(least > double{Laws<float>::least_volume})) {
-      solution.failure =
+    solution.beyond_law.clear();
+    if (!(least > double{Laws<float>::least_volume})) {
+      solution.beyond_law =
           fmt::format("the cell at {} keeps {:.2g} of its {}, and no law holds below {:.2g}",
                       level.extent.place(solver.least().site), least,
                       level.extent.axes() == 3 ? "volume" : "area", Laws<float>::least_volume);

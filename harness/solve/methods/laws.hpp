@@ -17,6 +17,8 @@ struct LawStep {
   Extent extent;         ///< the image of it
   double error = 0.0;    ///< that is left by estimate, pixels of the full resolution; infinite: not known yet
   double moved = 0.0;    ///< by the cycle before, RMS, pixels of the full resolution
+  /// Of the linear solution: `moved` is about how far it is from what the law has, mostly within 2.5 times.
+  bool of_linear = false;
   double smallest = 0.0; ///< share of its volume that a cell has kept
 };
 

@@ -39,7 +39,7 @@ private:
   };
   /// What every cell has in common.
   struct Constants {
-    float mu = 0.0F;   ///< Lame's constants for a modulus of 1, in the unit of sessions
+    float mu = 0.0F; ///< Lame's constants for a modulus of 1, in the unit of sessions
     float lame = 0.0F;
     std::array<float, 3> one_over_sides{};
   };

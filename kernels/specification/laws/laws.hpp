@@ -24,10 +24,9 @@ struct Laws : ElasticVolume<Scalar, true> {
   template <typename Displacement, typename TissueAt, typename Take>
   HDM_FUNCTION real for_each_force_by_law(const Displacement& displacement, const TissueAt& tissue,
                                           Sides sides, const Take& take) {
-    const Gradients at =
-        gradients_of(slopes_at_points(Volume::coefficients_of(displacement(0)), sides),
-                     slopes_at_points(Volume::coefficients_of(displacement(1)), sides),
-                     slopes_at_points(Volume::coefficients_of(displacement(2)), sides));
+    const Gradients at = gradients_of(slopes_at_points(Volume::coefficients_of(displacement(0)), sides),
+                                      slopes_at_points(Volume::coefficients_of(displacement(1)), sides),
+                                      slopes_at_points(Volume::coefficients_of(displacement(2)), sides));
     const Stress s000 = stress_of(tissue(0), at.p000);
     const Stress s100 = stress_of(tissue(1), at.p100);
     const Stress s010 = stress_of(tissue(2), at.p010);
@@ -40,23 +39,23 @@ struct Laws : ElasticVolume<Scalar, true> {
       return AtPoints{s000.*part, s100.*part, s010.*part, s110.*part,
                       s001.*part, s101.*part, s011.*part, s111.*part};
     };
-    const auto take_component = [&](int axis, const AtPoints& x, const AtPoints& y, const AtPoints& z)
-                                    HDM_INLINED {
-                                      const CellCorners force =
-                                          Volume::forces_of(tension_of_points(x, y, z, sides));
-                                      take(axis, 0, force.c000);
-                                      take(axis, 1, force.c100);
-                                      take(axis, 2, force.c010);
-                                      take(axis, 3, force.c110);
-                                      take(axis, 4, force.c001);
-                                      take(axis, 5, force.c101);
-                                      take(axis, 6, force.c011);
-                                      take(axis, 7, force.c111);
-                                    };
+    const auto take_component = [&](int axis, const AtPoints& x, const AtPoints& y,
+                                    const AtPoints& z) HDM_INLINED {
+      const CellCorners force = Volume::forces_of(tension_of_points(x, y, z, sides));
+      take(axis, 0, force.c000);
+      take(axis, 1, force.c100);
+      take(axis, 2, force.c010);
+      take(axis, 3, force.c110);
+      take(axis, 4, force.c001);
+      take(axis, 5, force.c101);
+      take(axis, 6, force.c011);
+      take(axis, 7, force.c111);
+    };
     take_component(0, all(&Stress::xx), all(&Stress::xy), all(&Stress::xz));
     take_component(1, all(&Stress::yx), all(&Stress::yy), all(&Stress::yz));
     take_component(2, all(&Stress::zx), all(&Stress::zy), all(&Stress::zz));
-    const auto volume = [](const Gradient& h) HDM_INLINED { return real(1) + dilation_of(h, cofactors_of(h)); };
+    const auto volume = [](const Gradient& h)
+                            HDM_INLINED { return real(1) + dilation_of(h, cofactors_of(h)); };
     const auto least = [](real a, real b) HDM_INLINED { return b < a ? b : a; };
     return least(least(least(volume(at.p000), volume(at.p100)), least(volume(at.p010), volume(at.p110))),
                  least(least(volume(at.p001), volume(at.p101)), least(volume(at.p011), volume(at.p111))));
