@@ -302,6 +302,55 @@ TEST(Laws, AStressIsTheSlopeOfTheEnergyAndTurnsWithTheBody) {
   }
 }
 
+/// What the cycle follows: the trace of the tangent, here by central differences in double.
+TEST(Laws, TheStiffnessUnderAStrainIsTheTraceOfTheTangent) {
+  const Matrix3d gradient{{0.3, 0.2, -0.1}, {-0.25, -0.3, 0.15}, {0.1, 0.05, 0.25}};
+  for (const double b : {0.0, 4.0}) {
+    for (const bool is_volume : {false, true}) {
+      const Extent extent{9, 8, is_volume ? 7 : 1};
+      Level level{.extent = extent,
+                  .target = VectorField(extent),
+                  .confidence = VectorField(extent),
+                  .modulus = ScalarField(extent, 3.0F)};
+      level.sides = {1.0, 2.0, is_volume ? 1.5 : 1.0};
+      set_law(level, static_cast<float>(b));
+      VectorField affine(extent);
+      for_each_site(extent, [&](int x, int y, int z) {
+        const Eigen::Vector3d at(level.sides[0] * x, level.sides[1] * y, level.sides[2] * z);
+        for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+          affine[axis][extent.index(x, y, z)] =
+              static_cast<float>(gradient.row(static_cast<Eigen::Index>(axis)).dot(at));
+        }
+      });
+      constexpr double nu = 0.3;
+      const double mu = 0.5 / (1.0 + nu);
+      const double lame = is_volume ? nu / ((1.0 + nu) * (1.0 - 2.0 * nu)) : nu / (1.0 - nu * nu);
+      const Eigen::Index axes = is_volume ? 3 : 2;
+      const auto trace = [&](const Matrix3d& at) {
+        constexpr double step = 1e-5;
+        double sum = 0.0;
+        for (Eigen::Index row = 0; row < axes; ++row) {
+          for (Eigen::Index column = 0; column < axes; ++column) {
+            Matrix3d more = at;
+            Matrix3d less = at;
+            more(row, column) += step;
+            less(row, column) -= step;
+            sum += (stress_of(more, mu, lame, b) - stress_of(less, mu, lame, b))(row, column) / (2.0 * step);
+          }
+        }
+        return sum;
+      };
+      Matrix3d in_plane = Matrix3d::Zero();
+      in_plane.topLeftCorner(axes, axes) = gradient.topLeftCorner(axes, axes);
+      const double expected = trace(in_plane) / trace(Matrix3d::Zero());
+      EXPECT_GT(std::abs(expected - 1.0), b > 0.0 ? 0.2 : 0.02) << "the strain does not matter";
+      for (const float found : LawForces(level, nu).stiffness_ratio(affine).values) {
+        EXPECT_NEAR(double{found}, expected, 0.01 * expected);
+      }
+    }
+  }
+}
+
 /// An affine motion of the border is one of the inside: cells of any sides and moduli have its stress alike.
 TEST(Laws, AUniformStrainGoesThrough) {
   for (const Extent extent : {Extent{21, 17}, Extent{9, 11, 8}}) {
@@ -387,6 +436,18 @@ TEST(Laws, WhatCannotBeAnsweredIsSaid) {
   EXPECT_THAT(turned_over.beyond_law + turned_over.failure, HasSubstr("keeps"));
   const Solution pressed = solved({"pressed", [](Level& level) { stretch(level, -0.97); }}, {21, 19});
   EXPECT_NE(pressed.beyond_law + pressed.failure, "");
+}
+
+/// An accuracy that float32 cannot have: the field is there, and the estimate says how near it is.
+TEST(Laws, AnAccuracyBeyondFloatEndsWhereStepsAreNoise) {
+  const Scene scene = scene_of({61, 50}, cases().front());
+  const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
+  int cycles = 0;
+  const Solution found = solve_by_laws(scene, *session, 1e-9, [&](const LawStep& /*step*/) { ++cycles; });
+  EXPECT_EQ(found.failure, "");
+  EXPECT_LT(cycles, 80);
+  EXPECT_GT(*found.estimated_error, 1e-7);
+  EXPECT_LT(*found.estimated_error, 1e-4);
 }
 
 /// Where the law does not matter the linear solution stands: the first cycle finds nothing to do.

@@ -48,12 +48,12 @@ struct Solution {
   /// The estimate of the RMSD of `displacement` and the fixed point, pixels; none where the method has none.
   std::optional<double> estimated_error{};
   bool grew = false; ///< cycles moved the field farther and farther, and were ended
-  /// Of laws of large strains: why there is no answer; empty: there is one.
+  /// Says why laws of large strains have no answer; empty: they have one, or there are none.
   std::string failure{};
-  /// Of such laws: where a cell has been pressed together farther than they hold; empty: nowhere.
+  /// Says where a cell has been pressed together farther than such laws hold; empty: nowhere.
   std::string beyond_law{};
-  /// Of such laws: the least share of its volume, or of its area, that a cell has kept at a Gauss point, of
-  /// cells that are not prescribed altogether.
+  /// Is there with such laws: the least share of its volume, or of its area, that a cell has kept at a Gauss
+  /// point. Cells that are prescribed altogether do not count.
   std::optional<double> least_volume{};
 };
 

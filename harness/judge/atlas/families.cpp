@@ -200,6 +200,18 @@ void press(Problem& problem, double percent) {
   for_each_value(problem.scene.full.target, [&](float& value) { value *= factor; });
 }
 
+/// The middle third moves by so many percent of the side, the border stays.
+void move_middle(Problem& problem, double percent) {
+  Scene& scene = problem.scene;
+  const Extent extent = scene.extent();
+  for_each_value(scene.full.target, [](float& value) { value = 0.0F; });
+  for_each_site(extent, [&](int x, int y, int z) {
+    if (in_inclusion(extent, x, y, z)) {
+      hold(scene, extent.index(x, y, z), static_cast<float>(percent / 100.0 * extent.width), 0.0F);
+    }
+  });
+}
+
 /// Conditions move so many percent of what they do in the scene.
 void move_by(Problem& problem, double percent) {
   for_each_value(problem.scene.full.target,
@@ -263,6 +275,7 @@ const std::map<std::string_view, Step> steps{
     {"finite elements", add_finite_elements},
     {"finer elements", add_finer_elements},
     {"moved so far", move_by},
+    {"middle moved", move_middle},
     {"neo-Hookean", be_neo_hookean},
     {"neo-Hookean elements", add_neo_hookean_elements},
     {"selective integration",

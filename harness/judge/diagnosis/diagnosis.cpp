@@ -74,11 +74,12 @@ Warnings diagnosis::without_what_is_given(Warnings warnings, const Scene& scene)
 }
 
 std::string no_result_text(const Scene& scene, std::string_view why) {
-  return fmt::format("NO RESULT: {}; {}", why,
-                     has_laws(scene.full)
-                         ? "smaller displacements, or a wider way for them to fade out, or --law linear, which "
-                           "does not see what is wrong with them"
-                         : "look for extreme moduli, targets or a huge --penalty, or take another --method");
+  return fmt::format(
+      "NO RESULT: {}; {}", why,
+      has_laws(scene.full)
+          ? "smaller displacements, or a wider way for them to fade out, or --law linear, which "
+            "does not see what is wrong with them"
+          : "look for extreme moduli, targets or a huge --penalty, or take another --method");
 }
 
 std::string warnings_text(std::span<const Warning> warnings) {

@@ -64,6 +64,9 @@ public:
   /// Sets `correction` to what one W cycle makes of a load, in the unit of sessions. What is solved has no
   /// meaning afterwards.
   void correct(const VectorField& load, VectorField& correction);
+  /// Makes the cycle that of a body with these moduli from now on, its conditions and the spring constants of
+  /// its observations as they were; for carry() and correct(). `level` is the one of the first constructor.
+  void follow(const Level& level, const ElasticModel& model, ScalarField modulus);
 
   /// From the coarsest level to the finest, one W cycle each: the error of the result is of the size of the
   /// discretisation's. Without `on_image` the image only gets what the next level has.

@@ -156,6 +156,27 @@ void ElasticSolver::correct(const VectorField& load, VectorField& correction) {
   timed(timings_.readback, [&] { session_.read(0, ElasticField::correction, correction); });
 }
 
+void ElasticSolver::follow(const Level& level, const ElasticModel& model, ScalarField modulus) {
+  const std::vector<LevelResult> before = work_;
+  Level body = without_fields(level);
+  body.confidence = level.confidence;
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+    for (std::size_t at = 0; at < level.extent.sites(); ++at) {
+      float& confidence = body.confidence[axis][at];
+      if (is_spring(confidence)) {
+        confidence = confidence_of_weight(spring_stiffness(level.modulus.values[at], confidence) /
+                                          double{modulus.values[at]});
+      }
+    }
+  }
+  body.modulus = std::move(modulus);
+  load(timed(timings_.projection, [&] { return make_elastic_hierarchy(body, model); }));
+  for (std::size_t i = 0; i < work_.size(); ++i) { // what was done stays counted
+    work_[i].iterations += before[i].iterations;
+    work_[i].residuals += before[i].residuals;
+  }
+}
+
 void ElasticSolver::load(ElasticHierarchy hierarchy) {
   may_end_here();
   work_.clear();

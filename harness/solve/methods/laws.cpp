@@ -14,6 +14,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numeric>
 #include <optional>
@@ -33,6 +34,10 @@ constexpr double accuracy_of_starts = 0.05;
 constexpr int steps_of_starts = 30;
 /// Twice what the hardest converged case of the prototypes took (shared walls, turns by 132 degrees).
 constexpr int most_steps = 150;
+/// So many steps after a solution has begun the cycle follows the strain for the first time, and then after
+/// twice as many and so many more. Most solutions end before.
+constexpr int first_look = 8;
+constexpr double worth_a_set_up = 8.0; ///< cycles, of which a hierarchy takes the time of four
 /// A linear solution that leaves a cell less of its volume is no start: the load comes in parts then.
 constexpr double least_of_start = 0.2;
 constexpr int parts_of_load = 4;
@@ -56,19 +61,24 @@ class LeftByCycles {
 public:
   void add(double moved) { moved_.push_back(moved); }
   [[nodiscard]] double moved() const { return moved_.back(); }
+  [[nodiscard]] double estimate() const { return moved() / (1.0 - ratio()); }
+  /// How many more cycles lead to an estimate, if they go on like that.
+  [[nodiscard]] double cycles_to(double wanted) const {
+    return std::log(wanted / estimate()) / std::log(ratio());
+  }
+
+private:
   /// A single cycle says nothing of the next: it is taken for one of those that leave most.
-  [[nodiscard]] double estimate() const {
+  [[nodiscard]] double ratio() const {
     constexpr std::size_t over = 3;
     constexpr double slowest = 0.97;
     const std::size_t back = std::min(over, moved_.size() - 1);
     const double before = moved_[moved_.size() - 1 - back];
-    const double ratio = back == 0 || !(before > 0.0)
-                             ? 0.7
-                             : std::min(std::pow(moved() / before, 1.0 / static_cast<double>(back)), slowest);
-    return moved() / (1.0 - ratio);
+    return back == 0 || !(before > 0.0)
+               ? 0.7
+               : std::min(std::pow(moved() / before, 1.0 / static_cast<double>(back)), slowest);
   }
 
-private:
   std::vector<double> moved_;
 };
 
@@ -116,12 +126,21 @@ public:
     double product_before = 0.0; // 0: the next step begins anew
     double factor = 1.0;
     int stuck = 0;
+    int next_look = first_look;
+    const double rounding = largest_component(displacement_) * std::numeric_limits<float>::epsilon();
     for (int step = 0; step <= most; ++step) {
+      if (step == next_look) {
+        if (left.cycles_to(0.5 * accuracy) > worth_a_set_up) {
+          follow_strain();
+        }
+        next_look = 2 * step + first_look;
+      }
       linear_.correct(residual_, correction);
       left.add(root_mean_square(correction));
       left_ = left.estimate();
       say_(left_, left.moved(), least_.share);
-      if (left_ < 0.5 * accuracy) { // the correction is not taken: nobody has looked at what it does to cells
+      const bool at_rest = left.moved() <= 0.5 * rounding; // what cycles find beyond is noise
+      if (left_ < 0.5 * accuracy || at_rest) { // nobody has looked at what the correction does to cells
         why_.clear();
         return;
       }
@@ -183,6 +202,13 @@ private:
       }
     }
     return least;
+  }
+  /// Makes the cycle one for the stiffness that the tissues have where they are.
+  void follow_strain() {
+    ScalarField modulus = tissues_.stiffness_ratio(displacement_);
+    std::ranges::transform(modulus.values, level_.modulus.values, modulus.values.begin(),
+                           std::multiplies<>());
+    linear_.follow(level_, model_, std::move(modulus));
   }
   void find_residual() {
     least_ = residual_of(displacement_, residual_);

@@ -16,7 +16,7 @@ namespace {
 using LawsInFloat = Laws<float>;
 
 /// What every cell has in common.
-struct Material {
+struct CellConstants {
   float mu = 0.0F;
   float lame = 0.0F;
   LawsInFloat::Sides sides{};
@@ -38,7 +38,8 @@ struct Made {
 };
 
 /// A function of its own, so that the loop over cells becomes one of vectors.
-HDM_FUNCTION void make_cell(const Material& material, const Rows& rows, const Made& made, std::size_t i) {
+HDM_FUNCTION void make_cell(const CellConstants& material, const Rows& rows, const Made& made,
+                            std::size_t i) {
   const auto displacement = [&](int axis) HDM_INLINED {
     const auto& of = rows.displacement[static_cast<std::size_t>(axis)];
     return LawsInFloat::CellCorners{of[0][i], of[0][i + 1], of[1][i], of[1][i + 1],
@@ -56,12 +57,54 @@ HDM_FUNCTION void make_cell(const Material& material, const Rows& rows, const Ma
       });
 }
 
-HDM_WIDE_VECTORS void make_cells(const Material& material, const Rows& rows, const Made& made,
+HDM_WIDE_VECTORS void make_cells(const CellConstants& material, const Rows& rows, const Made& made,
                                  std::size_t begin, std::size_t end) {
 #pragma omp simd
   for (std::size_t i = begin; i < end; ++i) {
     make_cell(material, rows, made, i);
   }
+}
+
+/// The rows around a row of sites, itself where the image ends: before and after it along y, then along z.
+struct Around {
+  struct Component {
+    const float* row = nullptr;
+    std::array<const float*, 4> beside{};
+  };
+  std::array<Component, 3> displacement{};
+  std::array<float, 3> factor{}; ///< 1 / the way between those on both sides
+  const float* stiffening = nullptr;
+};
+
+/// Of site x, whose neighbours along the row are at `before` and `after`. A function of its own, so that the
+/// loop over sites becomes one of vectors.
+HDM_FUNCTION float ratio_at(const CellConstants& material, const Around& around, float z, std::size_t x,
+                            std::size_t before, std::size_t after, float factor) {
+  const auto along_x = [&](std::size_t axis) HDM_INLINED {
+    const float* const row = around.displacement[axis].row;
+    return factor * (row[after] - row[before]);
+  };
+  const auto along = [&](std::size_t axis, std::size_t other) HDM_INLINED {
+    const auto& beside = around.displacement[axis].beside;
+    return around.factor[other] * (beside[2 * other - 1][x] - beside[2 * other - 2][x]);
+  };
+  const LawsInFloat::Gradient gradient{along_x(0),  along(0, 1), along(0, 2), along_x(1), along(1, 1),
+                                       along(1, 2), along_x(2),  along(2, 1), along(2, 2)};
+  const float ratio =
+      LawsInFloat::stiffness_under({material.mu, material.lame, around.stiffening[x]}, gradient, z);
+  const float not_less = ratio > 0.1F ? ratio : 0.1F; // whatever it is, also no number
+  return not_less < 10.0F ? not_less : 10.0F;
+}
+
+HDM_WIDE_VECTORS void set_ratios(const CellConstants& material, const Around& around, float z,
+                                 std::size_t width, float* to) {
+  const float factor = around.factor[0];
+#pragma omp simd
+  for (std::size_t x = 1; x < width - 1; ++x) {
+    to[x] = ratio_at(material, around, z, x, x - 1, x + 1, factor);
+  }
+  to[0] = ratio_at(material, around, z, 0, 0, 1, 2.0F * factor);
+  to[width - 1] = ratio_at(material, around, z, width - 1, width - 2, width - 1, 2.0F * factor);
 }
 
 } // namespace
@@ -223,6 +266,40 @@ LeastVolume LawForces::operator()(const VectorField& displacement, VectorField& 
     }
   }
   return *std::ranges::min_element(least, {}, &LeastVolume::share);
+}
+
+ScalarField LawForces::stiffness_ratio(const VectorField& displacement) const {
+  const Extent extent = level_.extent;
+  const bool is_volume = extent.axes() == 3;
+  ScalarField ratio(extent);
+  const std::vector<float> none(static_cast<std::size_t>(extent.width), 0.0F);
+  const std::vector<float> linear(static_cast<std::size_t>(extent.width), -1.0F);
+  const auto& [mu, lame, sides] = constants_;
+  const CellConstants material{mu, lame, {}};
+  const std::array<float, 3> one_over_sides = sides;
+#pragma omp parallel for if (extent.sites() > sites_worth_threads)
+  for (int row = 0; row < extent.rows(); ++row) {
+    const int y = row % extent.height;
+    const int z = row / extent.height;
+    const std::array<int, 4> beside{std::max(y - 1, 0), std::min(y + 1, extent.height - 1),
+                                    std::max(z - 1, 0), std::min(z + 1, extent.depth - 1)};
+    Around around;
+    around.factor = {0.5F * one_over_sides[0], one_over_sides[1] / static_cast<float>(beside[1] - beside[0]),
+                     is_volume ? one_over_sides[2] / static_cast<float>(beside[3] - beside[2]) : 0.0F};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto row_at = [&](int v, int w) {
+        return axis < extent.axes() ? displacement[axis].data() + extent.index(0, v, w) : none.data();
+      };
+      around.displacement[axis] = {
+          row_at(y, z),
+          {row_at(beside[0], z), row_at(beside[1], z), row_at(y, beside[2]), row_at(y, beside[3])}};
+    }
+    around.stiffening =
+        has_laws(level_) ? level_.stiffening.values.data() + extent.index(0, row) : linear.data();
+    set_ratios(material, around, is_volume ? 1.0F : 0.0F, static_cast<std::size_t>(extent.width),
+               ratio.values.data() + extent.index(0, row));
+  }
+  return ratio;
 }
 
 } // namespace hdmbench
