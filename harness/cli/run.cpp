@@ -16,6 +16,7 @@
 #include "harness/solve/request.hpp"
 #include "harness/solve/solve.hpp"
 #include "harness/solve/stopwatch.hpp"
+#include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/level.hpp"
 #include "reference/finite_elements.hpp"
 
@@ -207,6 +208,20 @@ void report_loads(const Scene& scene, json& row) {
   }
 }
 
+/// Prints how much of the scene is void, and puts it into the row of the run; nothing of one without.
+void report_void(const Scene& scene, json& row) {
+  const float least = scene.energy->is_of_cells() ? void_modulus(scene.full) : 0.0F;
+  if (const auto sites =
+          std::ranges::count_if(scene.full.modulus.values, [&](float modulus) { return modulus < least; });
+      sites > 0) {
+    row["void_sites"] = sites;
+    fmt::print(
+        "  {} {} are void: the displacement there goes on smoothly from what is around, and no tissue has "
+        "it\n",
+        sites, scene.extent().axes() == 3 ? "voxels" : "pixels");
+  }
+}
+
 /// A scene that was solved, by a plan or by its own method.
 struct Solved {
   const Scene& scene;
@@ -299,6 +314,7 @@ void print_result(const Call& call, const Solved& solved, json& row) {
   }
   report_observations(solved.scene, row);
   report_loads(solved.scene, row);
+  report_void(solved.scene, row);
   report_points(solved.scene, solution.displacement, solved.left_out, row);
   report_spread(call, solved.scene, solved.how_sure, row);
   if (!solved.absurd.empty()) {

@@ -221,6 +221,9 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
     TomlReader random = reader.table("random");
     content = read_random_content(random, full, scene.start.emplace(full.extent));
   }
+  if (content.segmented) {
+    fill_void(reader, to_be, full);
+  }
   read_vector_images(image, file, size, content, scene);
   image.finish();
   content.knows_millimetres = reader.has("spacing") || reader.has("brain") ||

@@ -30,6 +30,18 @@ struct Tissue {
   std::optional<float> stiffening{}; ///< as Level has it; none: the scene's own
 };
 
+/// Void weighs nothing, and what goes on through it does so by the linear law, which nothing turns over.
+void read_void(TomlReader& table, Tissue& tissue) {
+  if (tissue.density.value_or(0.0) > 0.0) {
+    table.fail("density", "must be 0 where modulus is: void weighs nothing");
+  }
+  if (tissue.stiffening.value_or(linear_law) >= 0.0F) {
+    table.fail("law", "must be \"linear\" where modulus is 0: void has none");
+  }
+  tissue.density = 0.0;
+  tissue.stiffening = linear_law;
+}
+
 /// `shown`: whether their gray values are what a picture shows.
 std::map<int, Tissue> read_tissues(TomlReader& scene, bool shown) {
   std::map<int, Tissue> tissues;
@@ -38,6 +50,9 @@ std::map<int, Tissue> read_tissues(TomlReader& scene, bool shown) {
     (void)table.has("name");
     table.read("density", tissue.density);
     tissue.stiffening = read_law(table);
+    if (tissue.modulus == 0.0F) {
+      read_void(table, tissue);
+    }
     if (double gray = 0.0; shown) {
       table.read("gray", gray);
       tissue.gray = static_cast<float>(gray);

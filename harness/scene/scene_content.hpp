@@ -108,6 +108,14 @@ void read_vector_images(TomlReader& image, const SceneText& file, std::optional<
 [[nodiscard]] std::vector<std::string> apply_loads(TomlReader& scene, const Content& content,
                                                    const RegisteredEnergy& energy, Level& level);
 
+/// Level::stiffening of tissue without a law of large strains.
+inline constexpr float linear_law = -1.0F;
+
+/// Gives void (modulus 0) so small a modulus that it holds nothing (void_share) and moves on smoothly from
+/// what is around it. `energy` is the one that will be minimised. Fails where that is none of cells, or all
+/// is void.
+void fill_void(TomlReader& scene, const RegisteredEnergy& energy, Level& level);
+
 /// Reads the law of large strains that a table states, as Level::stiffening has it; none: it states none.
 [[nodiscard]] std::optional<float> read_law(TomlReader& table);
 

@@ -50,6 +50,11 @@ bool is_modulus(double value) {
   return value > 0.0 && std::isfinite(stored) && std::isfinite(1.0F / stored);
 }
 
+/// Whether it is one, or 0: void.
+bool is_tissue_modulus(double value) {
+  return value == 0.0 || is_modulus(value);
+}
+
 const std::array known_keys{
     Key{"", "title"},
     Key{"", "size", {}, is_side, "whole numbers >= 1, [width, height] or [width, height, depth]"},
@@ -115,8 +120,8 @@ const std::array known_keys{
     Key{"tissue",
         "modulus",
         {},
-        is_modulus,
-        "positive (MPa), and a 32-bit float must hold it and its inverse"},
+        is_tissue_modulus,
+        "positive (MPa), and a 32-bit float must hold it and its inverse; or 0: void"},
     Key{"tissue", "density", "it belongs to a gravity", is_not_negative, "at least 0 (kg/m^3)"},
     Key{"tissue", "law"},
     Key{"tissue", "stiffening", "it belongs to law = \"stiffening\"", is_positive, "positive"},

@@ -97,15 +97,39 @@ double estimated_distance(const Scene& scene, const VectorField& missing) {
   return square > 0.0 ? std::min(estimate, std::sqrt(square)) : estimate;
 }
 
+/// Cells with a corner in void are nobody's, whatever becomes of them.
+void leave_void_out(const Level& body, ScalarField& ratios) {
+  const float least = void_modulus(body);
+  const auto is_void = [&](float modulus) { return modulus < least; };
+  if (std::ranges::none_of(body.modulus.values, is_void)) {
+    return;
+  }
+  for_each_site(ratios.extent, [&](int x, int y, int z) {
+    bool has_void = false;
+    for (int corner = 0; corner < (body.extent.axes() == 3 ? 8 : 4); ++corner) {
+      has_void =
+          has_void ||
+          is_void(body.modulus
+                      .values[body.extent.index(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2))]);
+    }
+    if (has_void) {
+      ratios.values[ratios.extent.index(x, y, z)] = 1.0F;
+    }
+  });
+}
+
 } // namespace
 
-Warnings diagnose(const VectorField& displacement) {
+Warnings diagnose(const VectorField& displacement, const Level* body) {
   Warnings warnings;
   // A tenth of the area left: from here on linear interpolation of what moved there is unreliable.
   constexpr float nearly_folded = 0.1F;
-  const ScalarField ratios = least_area_ratios(displacement);
+  ScalarField ratios = least_area_ratios(displacement);
   if (ratios.values.empty()) {
     return warnings;
+  }
+  if (body != nullptr) {
+    leave_void_out(*body, ratios);
   }
   const auto worst = std::ranges::min_element(ratios.values);
   const std::string where = ratios.extent.place(static_cast<std::size_t>(worst - ratios.values.begin()));
@@ -179,7 +203,8 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
   }
   const auto check_folds = [&] {
     const std::optional<VectorField> steps = in_steps(field, scene.full.sides);
-    std::ranges::move(diagnose(steps ? *steps : field), std::back_inserter(warnings));
+    std::ranges::move(diagnose(steps ? *steps : field, scene.energy->is_of_cells() ? &scene.full : nullptr),
+                      std::back_inserter(warnings));
   };
   if (wild > 0) {
     warn(warnings, scene.energy->is_of_cells() ? "not-finite/elastic" : "not-finite", wild);

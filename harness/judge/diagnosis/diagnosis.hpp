@@ -48,7 +48,7 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Warning, kind, message, advice, sites)
 inline constexpr std::string_view fold_over = "fold-over";
 
 /// What a displacement alone says: fold_over where it turns cells over, near-fold where it nearly does.
-[[nodiscard]] Warnings diagnose(const VectorField& displacement);
+[[nodiscard]] Warnings diagnose(const VectorField& displacement, const Level* body = nullptr);
 
 inline constexpr std::string_view no_likeness = "no-likeness";
 inline constexpr std::string_view worse_than_nothing = "worse-than-nothing";

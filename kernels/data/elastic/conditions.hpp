@@ -13,6 +13,9 @@ namespace hdmbench {
 /// no bit, so nobody can have meant it to hold anything.
 inline constexpr float void_share = 0x1p-24F;
 
+/// Returns the modulus below which a pixel of the level is void.
+[[nodiscard]] float void_modulus(const Level& level);
+
 /// A volume's Poisson's ratio beyond it leaves float32 no digits for what is not a change of size.
 inline constexpr double largest_volume_poisson = 0.4999;
 

@@ -260,6 +260,10 @@ void require_held(const Level& level) {
   }
 }
 
+float void_modulus(const Level& level) {
+  return void_share * static_cast<float>(modulus_range(level.modulus).stiffest);
+}
+
 std::string floating_part(const Level& level) {
   return free_part(level, floating_share);
 }

@@ -26,7 +26,7 @@ public:
 
   /// Sets `force` to what the tissues do to every site under a displacement, in the unit of sessions
   /// (force_unit), 0 at prescribed components. Springs and loads are not in it. Returns the cell that has
-  /// kept least, of those whose corners are not all prescribed.
+  /// kept least, of those whose corners are not all prescribed; linear tissue counts as if it kept all.
   LeastVolume operator()(const VectorField& displacement, VectorField& force) const;
 
   /// Returns how many times as stiff the tissue of every site is under a displacement as without, 0.1 ... 10:

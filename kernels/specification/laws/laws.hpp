@@ -20,7 +20,7 @@ struct Laws : ElasticVolume<Scalar, true> {
 
   /// Calls take(axis, corner, force) with what a cell does to its corners, whose displacements are
   /// `displacement`(axis) and whose tissues `tissue`(corner), and returns the least share of its volume that
-  /// is left at a Gauss point.
+  /// is left at a Gauss point of tissue with a law of large strains, at most 1 where some is linear.
   template <typename Displacement, typename TissueAt, typename Take>
   HDM_FUNCTION real for_each_force_by_law(const Displacement& displacement, const TissueAt& tissue,
                                           Sides sides, const Take& take) {
@@ -54,11 +54,14 @@ struct Laws : ElasticVolume<Scalar, true> {
     take_component(0, all(&Stress::xx), all(&Stress::xy), all(&Stress::xz));
     take_component(1, all(&Stress::yx), all(&Stress::yy), all(&Stress::yz));
     take_component(2, all(&Stress::zx), all(&Stress::zy), all(&Stress::zz));
-    const auto volume = [](const Gradient& h)
-                            HDM_INLINED { return real(1) + dilation_of(h, cofactors_of(h)); };
+    // Linear tissue may be turned over: its law says nothing else of it than of other tissue.
+    const auto volume = [&](int corner, const Gradient& h) HDM_INLINED {
+      return tissue(corner).stiffening < real(0) ? real(1) : real(1) + dilation_of(h, cofactors_of(h));
+    };
     const auto least = [](real a, real b) HDM_INLINED { return b < a ? b : a; };
-    return least(least(least(volume(at.p000), volume(at.p100)), least(volume(at.p010), volume(at.p110))),
-                 least(least(volume(at.p001), volume(at.p101)), least(volume(at.p011), volume(at.p111))));
+    return least(
+        least(least(volume(0, at.p000), volume(1, at.p100)), least(volume(2, at.p010), volume(3, at.p110))),
+        least(least(volume(4, at.p001), volume(5, at.p101)), least(volume(6, at.p011), volume(7, at.p111))));
   }
 };
 

@@ -1,0 +1,139 @@
+// Void tissue: what modulus = 0 makes of a scene.
+
+#include "harness/judge/diagnosis/diagnosis.hpp"
+#include "harness/judge/truths.hpp"
+#include "harness/solve/methods/solver.hpp"
+#include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/input_error.hpp"
+#include "reference/large_strains.hpp"
+#include "test/files.hpp"
+#include "test/scenes.hpp"
+#include "test/sessions.hpp"
+
+namespace hdmbench {
+namespace {
+
+using testing::HasSubstr;
+
+/// A body with a hole in the middle, held and pulled at both ends along x.
+struct Pulled {
+  bool is_volume = false;
+  std::string of_hole = "modulus = 0.0";
+  std::string more{}; ///< lines above all tables
+  double way = 2.0;   ///< of each end, pixels
+  std::string load{}; ///< a table
+};
+
+std::string text_of(const Pulled& one) {
+  const char* const third = one.is_volume ? ", 0.5" : "";
+  const std::string dz = one.is_volume ? "dz = 0.0\n" : "";
+  return fmt::format(
+      "energy = \"elastic\"\n{0}size = {1}\n[[tissue]]\nlabel = 1\nmodulus = 3.0\ngray = 90\ndensity = 1000\n"
+      "[[tissue]]\nlabel = 2\n{2}\ngray = 9\n[[shape]]\nkind = \"everything\"\nlabel = 1\n"
+      "[[shape]]\nkind = \"{3}\"\nlabel = 2\ncentre = [0.45, 0.5{4}]\nsize = [0.4, 0.5{4}]\n"
+      "[[condition]]\nwhere = \"left\"\ndx = {5}\ndy = 0.0\n{6}[[condition]]\nwhere = \"right\"\ndx = {7}\n"
+      "dy = 0.0\n{6}{8}",
+      one.more, one.is_volume ? "[14, 12, 13]" : "[41, 37]", one.of_hole,
+      one.is_volume ? "ellipsoid" : "ellipse", third, -one.way, dz, one.way, one.load);
+}
+
+Scene scene_of(const test::TemporaryFolder& folder, const Pulled& one) {
+  return load_scene(folder.write("scene.toml", text_of(one)).string());
+}
+
+/// Of the sites that are not void, pixels.
+double rmsd_of_tissue(const Level& level, const ReferenceField& a, const ReferenceField& b) {
+  double squares = 0.0;
+  std::size_t count = 0;
+  for (std::size_t at = 0; at < level.extent.sites(); ++at) {
+    if (level.modulus.values[at] >= void_modulus(level)) {
+      ++count;
+      for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+        squares += std::pow(a[axis][at] - b[axis][at], 2.0);
+      }
+    }
+  }
+  EXPECT_LT(count, level.extent.sites()) << "nothing is void";
+  return std::sqrt(squares / static_cast<double>(count));
+}
+
+/// Elements whose void is another 2^20 times softer: what its filling holds.
+ElasticProblem emptier(const Level& level) {
+  ElasticProblem problem = elastic_problem(level);
+  for (double& modulus : problem.modulus) {
+    modulus = modulus < double{void_modulus(level)} ? modulus * 0x1p-20 : modulus;
+  }
+  return problem;
+}
+
+TEST(Void, HoldsNothing) {
+  const test::TemporaryFolder folder;
+  for (const bool is_volume : {false, true}) {
+    const Scene scene = scene_of(folder, {.is_volume = is_volume});
+    const ElementRule rule = ElementRule::of(scene.extent(), scene.elastic);
+    const ReferenceField truth = solve_finite_elements(emptier(scene.full), rule);
+    const ReferenceField found(test::converged(scene.full, scene.elastic));
+    EXPECT_LT(rmsd_of_tissue(scene.full, found, truth), 1e-5);
+    // A hundredth of the tissue's modulus is much.
+    const Scene soft = scene_of(folder, {.is_volume = is_volume, .of_hole = "modulus = 0.03"});
+    const ReferenceField of_soft(test::converged(soft.full, soft.elastic));
+    EXPECT_GT(rmsd_of_tissue(scene.full, of_soft, truth), 1e-3);
+  }
+}
+
+TEST(Void, HoldsNothingUnderLoadsAndByLaws) {
+  const test::TemporaryFolder folder;
+  for (const bool is_volume : {false, true}) {
+    const Scene heavy = scene_of(folder, {.is_volume = is_volume,
+                                          .more = "spacing = 1.0\n",
+                                          .load = is_volume ? "[[load]]\ngravity = [0.0, 5000.0, 0.0]\n"
+                                                            : "[[load]]\ngravity = [0.0, 5000.0]\n"});
+    const ReferenceField truth =
+        solve_finite_elements(emptier(heavy.full), ElementRule::of(heavy.extent(), heavy.elastic));
+    EXPECT_LT(rmsd_of_tissue(heavy.full, ReferenceField(test::converged(heavy.full, heavy.elastic)), truth),
+              2e-5);
+
+    const Scene by_law = scene_of(folder, {.is_volume = is_volume, .more = "law = \"neo-hookean\"\n"});
+    const std::vector<float>& stiffening = by_law.full.stiffening.values;
+    const ReferenceField large = solve_large_strains(
+        emptier(by_law.full), {stiffening.begin(), stiffening.end()}, by_law.elastic.poisson, 2);
+    const Solution found = test::solved(by_law, "openmp");
+    EXPECT_EQ(found.failure + found.beyond_law, "");
+    EXPECT_LT(rmsd_of_tissue(by_law.full, ReferenceField(found.displacement), large), 0.01);
+  }
+}
+
+/// A hole that is pressed together is folded, and that is nobody's; soft tissue there would be somebody's.
+TEST(Void, FoldsAreNotLookedForThere) {
+  const test::TemporaryFolder folder;
+  const auto kinds = [&](const std::string& of_hole) {
+    const Scene scene = scene_of(folder, {.of_hole = of_hole, .more = "poisson = 0.0\n", .way = -6.0});
+    Solution solution;
+    solution.displacement = test::converged(scene.full, scene.elastic);
+    std::string found;
+    for (const Warning& warning : diagnose(scene, solution)) {
+      found += warning.kind + " ";
+    }
+    return found;
+  };
+  EXPECT_THAT(kinds("modulus = 1e-4"), HasSubstr("fold"));
+  EXPECT_THAT(kinds("modulus = 0.0"), testing::Not(HasSubstr("fold")));
+}
+
+TEST(Void, APartThatNothingHoldsIsRefusedWithItsPlace) {
+  const test::TemporaryFolder folder;
+  const std::string island =
+      "[[tissue]]\nlabel = 3\nmodulus = 5.0\n[[shape]]\nkind = \"ellipse\"\nlabel = 3\n"
+      "centre = [0.45, 0.5]\nsize = [0.15, 0.15]\n";
+  const Scene scene = load_scene(folder.write("island.toml", text_of({}) + island).string());
+  try {
+    (void)test::solved(scene, "openmp");
+    FAIL() << "an island in void is solved";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("no condition holds a part of the tissue"));
+    EXPECT_THAT(error.what(), HasSubstr("x = 15 ... 21"));
+  }
+}
+
+} // namespace
+} // namespace hdmbench
