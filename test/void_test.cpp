@@ -28,13 +28,14 @@ std::string text_of(const Pulled& one) {
   const char* const third = one.is_volume ? ", 0.5" : "";
   const std::string dz = one.is_volume ? "dz = 0.0\n" : "";
   return fmt::format(
-      "energy = \"elastic\"\n{0}size = {1}\n[[tissue]]\nlabel = 1\nmodulus = 3.0\ngray = 90\ndensity = 1000\n"
+      "energy = \"elastic\"\n{0}size = {1}\n[[tissue]]\nlabel = 1\nmodulus = 3.0\ngray = 90\n{9}"
       "[[tissue]]\nlabel = 2\n{2}\ngray = 9\n[[shape]]\nkind = \"everything\"\nlabel = 1\n"
       "[[shape]]\nkind = \"{3}\"\nlabel = 2\ncentre = [0.45, 0.5{4}]\nsize = [0.4, 0.5{4}]\n"
       "[[condition]]\nwhere = \"left\"\ndx = {5}\ndy = 0.0\n{6}[[condition]]\nwhere = \"right\"\ndx = {7}\n"
       "dy = 0.0\n{6}{8}",
       one.more, one.is_volume ? "[14, 12, 13]" : "[41, 37]", one.of_hole,
-      one.is_volume ? "ellipsoid" : "ellipse", third, -one.way, dz, one.way, one.load);
+      one.is_volume ? "ellipsoid" : "ellipse", third, -one.way, dz, one.way, one.load,
+      one.load.empty() ? "" : "density = 1000\n");
 }
 
 Scene scene_of(const test::TemporaryFolder& folder, const Pulled& one) {
@@ -118,6 +119,19 @@ TEST(Void, FoldsAreNotLookedForThere) {
   };
   EXPECT_THAT(kinds("modulus = 1e-4"), HasSubstr("fold"));
   EXPECT_THAT(kinds("modulus = 0.0"), testing::Not(HasSubstr("fold")));
+}
+
+TEST(Void, NobodyIsToldOfWhatVoidBrings) {
+  const test::TemporaryFolder folder;
+  const auto kinds = [](const Scene& scene) {
+    std::string found;
+    for (const Warning& warning : diagnose(scene)) {
+      found += warning.kind + " ";
+    }
+    return found;
+  };
+  EXPECT_EQ(kinds(scene_of(folder, {.more = "law = \"neo-hookean\"\n"})), "");
+  EXPECT_EQ(kinds(scene_of(folder, {})), "stalling-cycles "); // the usual method's cycles do stall at void
 }
 
 TEST(Void, APartThatNothingHoldsIsRefusedWithItsPlace) {

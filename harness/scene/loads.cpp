@@ -3,8 +3,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <array>
 #include <numeric>
+#include <ranges>
 #include <vector>
 
 namespace hdmbench {
@@ -116,7 +118,8 @@ std::vector<std::string> apply_loads(TomlReader& scene, const Content& content,
       level.force[axis].assign(forces[axis].begin(), forces[axis].end());
     }
   }
-  return weighs || content.densities.empty()
+  const auto has_weight = [](double density) { return density > 0.0; }; // void says 0 by itself
+  return weighs || std::ranges::none_of(content.densities | std::views::values, has_weight)
              ? std::vector<std::string>()
              : std::vector<std::string>{"the density of a [[tissue]], as no [[load]] has a gravity"};
 }

@@ -257,7 +257,7 @@ void check_rest_candidate(const Scene& scene, Warnings& warnings) {
 /// Pixels 3 times as long as wide: a tenth of one (`circular`), voxels from 6 times on (`hdmbench atlas
 /// volume-elastic-boxes`).
 void check_elastic_cycles(const Scene& scene, Warnings& warnings) {
-  if (scene.schedule.method != elastic_full_multigrid) {
+  if (scene.schedule.method != elastic_full_multigrid || has_laws(scene.full)) {
     return;
   }
   constexpr double most_times = 2.0; // as long as wide
