@@ -39,8 +39,8 @@ Response hookean(const Matrix3d& deformation, double mu, double lame) {
   return response;
 }
 
-/// Of W = 4 mu / (7 + 1) / b ((1 + b Q / 8)^8 - 1) + lame / 2 L^2, which is mu / 2 Q for b = 0; Q = I1 - 3 -
-/// 2 L, L = (J - 1 / J) / 2. None where the body is turned over.
+/// Returns the response to W = mu / (2 b) ((1 + b Q / 8)^8 - 1) + lame / 2 L^2, whose first part is mu / 2 Q
+/// for b = 0; Q = I1 - 3 - 2 L, L = (J - 1 / J) / 2. None where the body is turned over.
 std::optional<Response> neo_hookean(const Matrix3d& f, double mu_at_rest, double lame, double b) {
   const double j = f.determinant();
   if (!(j > 0.0)) {

@@ -99,8 +99,8 @@ TEST(Bench, RatesAndCeilingsFollowFromSecondsAndCosts) {
   }
 }
 
-/// Of what is waited for together a device's clock is read twice, at most once for every step: a tick of it
-/// is what a step can seem to take too long, and what its crystal goes wrong. The ticks of timestamps are
+/// A device's clock is read twice for all that is waited for together, at most once for every step: a tick of
+/// it is what a step can seem to take too long, and what its crystal goes wrong. The ticks of timestamps are
 /// some nanoseconds, of CUDA's events half a microsecond.
 TEST(Bench, ADeviceTakesAPartOfTheTimeThatItsStepsTake) {
   constexpr double tick = 1e-6;

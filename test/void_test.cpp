@@ -42,7 +42,7 @@ Scene scene_of(const test::TemporaryFolder& folder, const Pulled& one) {
   return load_scene(folder.write("scene.toml", text_of(one)).string());
 }
 
-/// Of the sites that are not void, pixels.
+/// The RMSD over the sites that are not void, pixels.
 double rmsd_of_tissue(const Level& level, const ReferenceField& a, const ReferenceField& b) {
   double squares = 0.0;
   std::size_t count = 0;

@@ -344,6 +344,7 @@ IteratedRegistration register_iteratively(const ScalarField& source, const Scala
                                           const IteratedOptions& options, ElasticSession& session,
                                           Progress& progress) {
   require_pair(source, target);
+  require_conditions_alone(scene.full, "registration that looks again");
   const auto start = std::chrono::steady_clock::now();
   const std::vector<PictureLevel> levels = picture_levels(source, target, scene, unseen, options.levels);
   IteratedRegistration result;

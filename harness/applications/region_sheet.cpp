@@ -124,6 +124,7 @@ double ModulusProblem::misfit(std::span<const double> logarithms, const VectorFi
 
 RegionSheet::RegionSheet(const ScalarField& region, const Scene& scene, ElasticSession& session)
     : poisson_(scene.elastic.poisson), image_(scene.extent()), session_(session) {
+  require_conditions_alone(scene.full, "detection");
   if (region.extent != image_) {
     throw InputError(
         fmt::format("detection: the scene is {} pixels, the region {}", image_.text(), region.extent.text()));

@@ -189,6 +189,9 @@ GoldenInputs hash_inputs(const Scene& scene) {
   if (has_forces(scene.full)) {
     hash.add(scene.full.force);
   }
+  if (has_laws(scene.full)) {
+    hash.add(scene.full.stiffening);
+  }
   GoldenInputs inputs{.scene = hash.value(), .levels = {}};
   if (scene.energy->is_of_cells()) {
     inputs.levels = {hierarchy_hash(make_elastic_hierarchy(scene.full, scene.elastic))};

@@ -108,16 +108,26 @@ void read_vector_images(TomlReader& image, const SceneText& file, std::optional<
 [[nodiscard]] std::vector<std::string> apply_loads(TomlReader& scene, const Content& content,
                                                    const RegisteredEnergy& energy, Level& level);
 
-/// Level::stiffening of tissue without a law of large strains.
-inline constexpr float linear_law = -1.0F;
+/// A [[tissue]] table.
+struct Tissue {
+  float modulus = 0.0F;
+  float gray = 0.0F;
+  std::optional<double> density{};   ///< kg/m^3
+  std::optional<float> stiffening{}; ///< as Level has it; none: the scene's own
+};
+
+/// Reads the [[tissue]] tables. `shown`: whether their gray values are what a picture shows.
+[[nodiscard]] std::map<int, Tissue> read_tissues(TomlReader& scene, bool shown);
+
+/// Gives every label of the content its tissue, and a picture of their gray values where it needs one. Fails
+/// where a label has none.
+void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Content& content,
+                    bool needs_picture);
 
 /// Gives void (modulus 0) so small a modulus that it holds nothing (void_share) and moves on smoothly from
 /// what is around it. `energy` is the one that will be minimised. Fails where that is none of cells, or all
 /// is void.
 void fill_void(TomlReader& scene, const RegisteredEnergy& energy, Level& level);
-
-/// Reads the law of large strains that a table states, as Level::stiffening has it; none: it states none.
-[[nodiscard]] std::optional<float> read_law(TomlReader& table);
 
 /// Sets level.stiffening from the laws of labels and, for all others, of the scene, or `law` in its place
 /// where that is not empty; leaves it empty where all are linear. `energy` is the one that will be minimised.

@@ -8,6 +8,7 @@
 
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace hdmbench {
@@ -127,6 +128,10 @@ private:
   double last_change_ = 0.0;  ///< pixels
   double least_change_ = 0.0; ///< of conjugate gradients: what moves a component by no bit, pixels
 };
+
+/// Throws InputError where loads act on the level, or a tissue has a law of large strains: `who` solves
+/// linear tissue with conditions alone.
+void require_conditions_alone(const Level& level, std::string_view who);
 
 /// Full multigrid, then conjugate gradients until what is left is within `accuracy`, pixels, at most so many
 /// steps. `level` is the solver's.

@@ -42,6 +42,13 @@ void add_forces(const Level& level, double unit, VectorField& load) {
 
 } // namespace
 
+void require_conditions_alone(const Level& level, std::string_view who) {
+  if (has_laws(level) || has_forces(level)) {
+    throw InputError(fmt::format("the scene has {}, of which {} knows nothing: leave them out",
+                                 has_laws(level) ? "a law of large strains" : "loads", who));
+  }
+}
+
 ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, ElasticSession& session,
                              Strains strains)
     : session_(session), slenderness_(slenderness(full)) {

@@ -32,7 +32,7 @@ constexpr int fewest_sites = 20;
 /// What is left on an image that only says where the next finer one begins, its own pixels.
 constexpr double accuracy_of_starts = 0.05;
 constexpr int steps_of_starts = 30;
-/// Twice what the hardest converged case of the prototypes took (shared walls, turns by 132 degrees).
+/// What has not ended by then was not seen to end.
 constexpr int most_steps = 150;
 /// So many steps after a solution has begun the cycle follows the strain for the first time, and then after
 /// twice as many and so many more. Most solutions end before.

@@ -42,8 +42,8 @@ HDM_FUNCTION void make_cell(const CellConstants& material, const Rows& rows, con
                             std::size_t i) {
   const auto displacement = [&](int axis) HDM_INLINED {
     const auto& of = rows.displacement[static_cast<std::size_t>(axis)];
-    return LawsInFloat::CellCorners{of[0][i], of[0][i + 1], of[1][i], of[1][i + 1],
-                                    of[2][i], of[2][i + 1], of[3][i], of[3][i + 1]};
+    return LawsInFloat::Volume::CellCorners{of[0][i], of[0][i + 1], of[1][i], of[1][i + 1],
+                                            of[2][i], of[2][i + 1], of[3][i], of[3][i + 1]};
   };
   const auto tissue = [&](int corner) HDM_INLINED {
     const auto row = static_cast<std::size_t>(corner) >> 1;
@@ -76,8 +76,8 @@ struct Around {
   const float* stiffening = nullptr;
 };
 
-/// Of site x, whose neighbours along the row are at `before` and `after`. A function of its own, so that the
-/// loop over sites becomes one of vectors.
+/// Returns the ratio of site x, whose neighbours along the row are at `before` and `after`. A function of its
+/// own, so that the loop over sites becomes one of vectors.
 HDM_FUNCTION float ratio_at(const CellConstants& material, const Around& around, float z, std::size_t x,
                             std::size_t before, std::size_t after, float factor) {
   const auto along_x = [&](std::size_t axis) HDM_INLINED {

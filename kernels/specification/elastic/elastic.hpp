@@ -125,7 +125,8 @@ struct ElasticVolume : Elastic<Scalar, boxes> {
                 take);
   }
 
-private:
+protected:
+  /// Calls take(axis, corner, force) with what a tension does to the corners.
   template <typename Take>
   HDM_FUNCTION void take_forces(const CellTension& tension, const Take& take) {
     const auto take_corners = [&](int axis, const CellCorners& force) HDM_INLINED {

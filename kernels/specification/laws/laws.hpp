@@ -10,7 +10,6 @@ template <typename Scalar>
 struct Laws : ElasticVolume<Scalar, true> {
   using real = Scalar;
   using Volume = ElasticVolume<Scalar, true>;
-  using typename Volume::CellCorners;
   using typename Volume::Coefficients;
 #define HDM_NUMBER(value) real(value)
 #include "kernels/specification/laws/neo_hookean.inc"
@@ -39,22 +38,13 @@ struct Laws : ElasticVolume<Scalar, true> {
       return AtPoints{s000.*part, s100.*part, s010.*part, s110.*part,
                       s001.*part, s101.*part, s011.*part, s111.*part};
     };
-    const auto take_component = [&](int axis, const AtPoints& x, const AtPoints& y,
-                                    const AtPoints& z) HDM_INLINED {
-      const CellCorners force = Volume::forces_of(tension_of_points(x, y, z, sides));
-      take(axis, 0, force.c000);
-      take(axis, 1, force.c100);
-      take(axis, 2, force.c010);
-      take(axis, 3, force.c110);
-      take(axis, 4, force.c001);
-      take(axis, 5, force.c101);
-      take(axis, 6, force.c011);
-      take(axis, 7, force.c111);
-    };
-    take_component(0, all(&Stress::xx), all(&Stress::xy), all(&Stress::xz));
-    take_component(1, all(&Stress::yx), all(&Stress::yy), all(&Stress::yz));
-    take_component(2, all(&Stress::zx), all(&Stress::zy), all(&Stress::zz));
-    // Linear tissue may be turned over: its law says nothing else of it than of other tissue.
+    const auto tension = [&](const AtPoints& x, const AtPoints& y, const AtPoints& z)
+                             HDM_INLINED { return tension_of_points(x, y, z, sides); };
+    Volume::take_forces({tension(all(&Stress::xx), all(&Stress::xy), all(&Stress::xz)),
+                         tension(all(&Stress::yx), all(&Stress::yy), all(&Stress::yz)),
+                         tension(all(&Stress::zx), all(&Stress::zy), all(&Stress::zz))},
+                        take);
+    // Linear tissue counts as if it kept all: its law has an answer for cells that are turned over, too.
     const auto volume = [&](int corner, const Gradient& h) HDM_INLINED {
       return tissue(corner).stiffening < real(0) ? real(1) : real(1) + dilation_of(h, cofactors_of(h));
     };

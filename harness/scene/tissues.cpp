@@ -1,0 +1,181 @@
+#include "harness/scene/method.hpp"
+#include "harness/scene/scene_content.hpp"
+#include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/input_error.hpp"
+
+#include <fmt/format.h>
+#include <fmt/ranges.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iterator>
+#include <ranges>
+#include <set>
+#include <utility>
+
+/// What the [[tissue]] tables of a scene say: moduli, densities, void, laws of large strains.
+namespace hdmbench {
+
+namespace {
+
+constexpr float linear_law = -1.0F; ///< as Level::stiffening has it
+constexpr float neo_hookean = 0.0F;
+
+/// Reads the law of large strains that a table states, as Level::stiffening has it; none: it states none.
+std::optional<float> read_law(TomlReader& table) {
+  if (!table.has("law")) {
+    return std::nullopt;
+  }
+  switch (table.choice("law", law_names)) {
+  case 0:
+    return linear_law;
+  case 1:
+    return neo_hookean;
+  default:
+    return static_cast<float>(table.get<double>("stiffening"));
+  }
+}
+
+/// Void weighs nothing, and what goes on through it does so by the linear law, which nothing turns over.
+void read_void(TomlReader& table, Tissue& tissue) {
+  if (tissue.density.value_or(0.0) > 0.0) {
+    table.fail("density", "must be 0 where modulus is: void weighs nothing");
+  }
+  if (tissue.stiffening.value_or(linear_law) >= 0.0F) {
+    table.fail("law", "must be \"linear\" where modulus is 0: void has none");
+  }
+  tissue.density = 0.0;
+  tissue.stiffening = linear_law;
+}
+
+/// "0, 2, 3 (120 pixels)": the labels without a tissue; empty where each has one.
+std::string labels_without(const std::map<int, Tissue>& tissues, const LabelField& labels) {
+  std::set<int> missing;
+  const auto pixels = std::ranges::count_if(labels.values, [&](int label) {
+    const bool is_missing = !tissues.contains(label);
+    if (is_missing) {
+      missing.insert(label);
+    }
+    return is_missing;
+  });
+  return missing.empty() ? "" : fmt::format("{} ({} pixels)", fmt::join(missing, ", "), pixels);
+}
+
+} // namespace
+
+std::map<int, Tissue> read_tissues(TomlReader& scene, bool shown) {
+  std::map<int, Tissue> tissues;
+  for (TomlReader& table : scene.tables("tissue")) {
+    Tissue tissue{.modulus = static_cast<float>(table.get<double>("modulus"))};
+    (void)table.has("name");
+    table.read("density", tissue.density);
+    tissue.stiffening = read_law(table);
+    if (tissue.modulus == 0.0F) {
+      read_void(table, tissue);
+    }
+    if (double gray = 0.0; shown) {
+      table.read("gray", gray);
+      tissue.gray = static_cast<float>(gray);
+    }
+    const int label = table.get<int>("label");
+    table.finish();
+    if (!tissues.emplace(label, tissue).second) {
+      table.fail("label", fmt::format("{} has a tissue already", label));
+    }
+  }
+  return tissues;
+}
+
+void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Content& content,
+                    bool needs_picture) {
+  const Extent extent = content.labels.extent;
+  content.segmented = true;
+  content.modulus = ScalarField(extent);
+  needs_picture = needs_picture && is_inspected(extent);
+  if (needs_picture) {
+    content.picture = ScalarField(extent);
+  }
+  std::set<int> idle;
+  std::ranges::transform(tissues, std::inserter(idle, idle.end()), &std::pair<const int, Tissue>::first);
+  auto tissue = tissues.end();
+  for (std::size_t i = 0; i < content.labels.values.size(); ++i) {
+    const int label = content.labels.values[i];
+    if (tissue == tissues.end() || tissue->first != label) {
+      tissue = tissues.find(label);
+      idle.erase(label);
+    }
+    if (tissue == tissues.end()) {
+      scene.fail("tissue",
+                 fmt::format("none has the label {} of the pixel {}: the labels {} have no [[tissue]]", label,
+                             extent.place(i), labels_without(tissues, content.labels)));
+    }
+    content.modulus.values[i] = tissue->second.modulus;
+    if (needs_picture) {
+      content.picture.values[i] = tissue->second.gray;
+    }
+  }
+  for (const auto& [label, of_label] : tissues) {
+    if (of_label.stiffening) {
+      content.stiffening.emplace(label, *of_label.stiffening);
+    }
+    if (of_label.density) {
+      content.densities.emplace(label, *of_label.density);
+    }
+  }
+  for (const int label : idle) {
+    content.idle.push_back(fmt::format("the [[tissue]] of label {}, which no pixel has", label));
+  }
+}
+
+void fill_void(TomlReader& scene, const RegisteredEnergy& energy, Level& level) {
+  std::vector<float>& moduli = level.modulus.values;
+  const auto is_void = [](float modulus) { return modulus == 0.0F; };
+  if (std::ranges::none_of(moduli, is_void)) {
+    return;
+  }
+  if (!energy.is_of_cells()) {
+    scene.fail("tissue", fmt::format("of modulus 0 is void, which the {} energy does not know; give energy = "
+                                     "\"elastic\"",
+                                     energy.name));
+  }
+  const float stiffest = std::ranges::max(moduli);
+  const float filling = 0.5F * void_share * stiffest;
+  if (!(filling > 0.0F && std::isfinite(1.0F / filling))) {
+    scene.fail("tissue",
+               "of modulus 0 is void: some pixel needs a tissue that is not, of at least 1e-30 MPa");
+  }
+  std::ranges::replace_if(moduli, is_void, filling);
+}
+
+void apply_laws(TomlReader& scene, const Content& content, const RegisteredEnergy& energy,
+                const std::string& law, Level& level) {
+  const float of_file = read_law(scene).value_or(linear_law);
+  const float usual = law.empty() ? of_file : law == law_names[0] ? linear_law : neo_hookean;
+  const auto has_law = [](float stiffening) { return stiffening >= 0.0F; };
+  const auto of_labels = content.stiffening | std::views::values;
+  if (!has_law(usual) && std::ranges::none_of(of_labels, has_law)) {
+    return;
+  }
+  if (!energy.takes_laws) {
+    throw InputError(fmt::format("a law of large strains is nothing that the {} energy knows; give energy = "
+                                 "\"elastic\", or --energy elastic",
+                                 energy.name));
+  }
+  level.stiffening = ScalarField(level.extent);
+  std::ranges::fill(level.stiffening.values, usual);
+  if (content.stiffening.empty()) {
+    return;
+  }
+  int label = 0; // of the site before: neighbours mostly have the same
+  float of_label = usual;
+  for (std::size_t site = 0; site < level.extent.sites(); ++site) {
+    if (site == 0 || content.labels.values[site] != label) {
+      label = content.labels.values[site];
+      const auto own = content.stiffening.find(label);
+      of_label = own == content.stiffening.end() ? usual : own->second;
+    }
+    level.stiffening.values[site] = of_label;
+  }
+}
+
+} // namespace hdmbench

@@ -1,0 +1,119 @@
+// The stress of a law by itself: the slope of its energy, and how stiff that makes tissue.
+
+#include "harness/scene/sites.hpp"
+#include "kernels/data/elastic/law_forces.hpp"
+#include "kernels/specification/laws/laws.hpp"
+#include "test/random_level.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <gtest/gtest.h>
+
+namespace hdmbench {
+namespace {
+
+using Eigen::Matrix3d;
+
+/// W of the header of neo_hookean.inc, from the gradient.
+double stored_energy(const Matrix3d& gradient, double mu, double lame, double b) {
+  const Matrix3d f = Matrix3d::Identity() + gradient;
+  const double volume = f.determinant();
+  const double log = 0.5 * (volume - 1.0 / volume);
+  const double strain = f.squaredNorm() - 3.0 - 2.0 * log;
+  const double stretched = b > 0.0 ? (std::pow(1.0 + b * strain / 8.0, 8.0) - 1.0) / b : strain;
+  return 0.5 * mu * stretched + 0.5 * lame * log * log;
+}
+
+Matrix3d stress_of(const Matrix3d& h, double mu, double lame, double b) {
+  const auto s = Laws<double>::stress_of(
+      {mu, lame, b}, {h(0, 0), h(0, 1), h(0, 2), h(1, 0), h(1, 1), h(1, 2), h(2, 0), h(2, 1), h(2, 2)});
+  Matrix3d stress;
+  stress << s.xx, s.xy, s.xz, s.yx, s.yy, s.yz, s.zx, s.zy, s.zz;
+  return stress;
+}
+
+TEST(Laws, AStressIsTheSlopeOfTheEnergyAndTurnsWithTheBody) {
+  test::Uniform uniform(11);
+  const auto random = [&](double size) {
+    Matrix3d matrix;
+    for (double& entry : matrix.reshaped()) {
+      entry = size * (2.0 * uniform() - 1.0);
+    }
+    return matrix;
+  };
+  const Matrix3d turn =
+      Eigen::AngleAxisd(1.1, Eigen::Vector3d(1.0, 2.0, -0.5).normalized()).toRotationMatrix();
+  for (int i = 0; i < 50; ++i) {
+    const Matrix3d gradient = random(0.35);
+    if ((Matrix3d::Identity() + gradient).determinant() < 0.2) {
+      continue;
+    }
+    for (const double b : {0.0, 4.0}) {
+      const Matrix3d stress = stress_of(gradient, 1.3, 2.1, b);
+      for (int entry = 0; entry < 9; ++entry) {
+        constexpr double step = 1e-6;
+        Matrix3d more = gradient;
+        Matrix3d less = gradient;
+        more.data()[entry] += step;
+        less.data()[entry] -= step;
+        const double slope =
+            (stored_energy(more, 1.3, 2.1, b) - stored_energy(less, 1.3, 2.1, b)) / (2.0 * step);
+        EXPECT_NEAR(stress.data()[entry], slope, 1e-7 * (1.0 + stress.norm())); // W has 16 digits, a step 6
+      }
+      const Matrix3d turned = turn * (Matrix3d::Identity() + gradient) - Matrix3d::Identity();
+      EXPECT_LT((stress_of(turned, 1.3, 2.1, b) - turn * stress).norm(), 1e-12 * (1.0 + stress.norm()));
+    }
+  }
+}
+
+/// What the cycle follows: the trace of the tangent, here by central differences in double.
+TEST(Laws, TheStiffnessUnderAStrainIsTheTraceOfTheTangent) {
+  const Matrix3d gradient{{0.3, 0.2, -0.1}, {-0.25, -0.3, 0.15}, {0.1, 0.05, 0.25}};
+  for (const double b : {0.0, 4.0}) {
+    for (const bool is_volume : {false, true}) {
+      const Extent extent{9, 8, is_volume ? 7 : 1};
+      Level level{.extent = extent,
+                  .target = VectorField(extent),
+                  .confidence = VectorField(extent),
+                  .modulus = ScalarField(extent, 3.0F)};
+      level.sides = {1.0, 2.0, is_volume ? 1.5 : 1.0};
+      level.stiffening = ScalarField(extent, static_cast<float>(b));
+      VectorField affine(extent);
+      for_each_site(extent, [&](int x, int y, int z) {
+        const Eigen::Vector3d at(level.sides[0] * x, level.sides[1] * y, level.sides[2] * z);
+        for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+          affine[axis][extent.index(x, y, z)] =
+              static_cast<float>(gradient.row(static_cast<Eigen::Index>(axis)).dot(at));
+        }
+      });
+      constexpr double nu = 0.3;
+      const double mu = 0.5 / (1.0 + nu);
+      const double lame = is_volume ? nu / ((1.0 + nu) * (1.0 - 2.0 * nu)) : nu / (1.0 - nu * nu);
+      const Eigen::Index axes = is_volume ? 3 : 2;
+      const auto trace = [&](const Matrix3d& at) {
+        constexpr double step = 1e-5;
+        double sum = 0.0;
+        for (Eigen::Index row = 0; row < axes; ++row) {
+          for (Eigen::Index column = 0; column < axes; ++column) {
+            Matrix3d more = at;
+            Matrix3d less = at;
+            more(row, column) += step;
+            less(row, column) -= step;
+            sum += (stress_of(more, mu, lame, b) - stress_of(less, mu, lame, b))(row, column) / (2.0 * step);
+          }
+        }
+        return sum;
+      };
+      Matrix3d in_plane = Matrix3d::Zero();
+      in_plane.topLeftCorner(axes, axes) = gradient.topLeftCorner(axes, axes);
+      const double expected = trace(in_plane) / trace(Matrix3d::Zero());
+      EXPECT_GT(std::abs(expected - 1.0), b > 0.0 ? 0.2 : 0.02) << "the strain does not matter";
+      for (const float found : LawForces(level, nu).stiffness_ratio(affine).values) {
+        EXPECT_NEAR(double{found}, expected, 0.01 * expected);
+      }
+    }
+  }
+}
+
+} // namespace
+} // namespace hdmbench
