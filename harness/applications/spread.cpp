@@ -313,11 +313,12 @@ Spread spread_of(const Scene& scene, const VectorField& solution, const SpreadRe
     if (request.moduli > 0.0) {
       const Scene drawn = with_drawn_moduli(scene, request.moduli, random);
       ElasticSolver elastic(drawn.full, drawn.elastic, session);
-      VectorField way = solve_to_share(0.1 * enough, most_steps, drawn.full, elastic);
+      VectorField way = solve_to_share(0.1 * enough, most_steps, drawn.full, elastic).displacement;
       add_to(way, solution, -1.0F);
       const Disturbance by = draw_disturbance(drawn, random);
       elastic.disturb(drawn.full, drawn.elastic.poisson, by);
-      add_to(way, solve_to_share(enough, most_steps, resting_at(drawn.full, by.rest), elastic), 1.0F);
+      add_to(way, solve_to_share(enough, most_steps, resting_at(drawn.full, by.rest), elastic).displacement,
+             1.0F);
       moments.add(way);
       continue;
     }
@@ -326,7 +327,7 @@ Spread spread_of(const Scene& scene, const VectorField& solution, const SpreadRe
     }
     const Disturbance by = draw_disturbance(scene, random);
     certain->disturb(scene.full, scene.elastic.poisson, by);
-    moments.add(solve_to_share(enough, most_steps, resting_at(scene.full, by.rest), *certain));
+    moments.add(solve_to_share(enough, most_steps, resting_at(scene.full, by.rest), *certain).displacement);
   }
   Spread spread{moments.mean_from(solution), moments.deviation(), {}};
   spread.least_certain = least_certain(scene, spread.deviation);

@@ -231,6 +231,21 @@ images::Pixels vectors_of(const GivenImage& image, std::string_view name, const 
   return pixels;
 }
 
+images::Pixels vectors_like(const py::array& like, std::string_view name, const py::object& vectors,
+                            Space space) {
+  const py::array array = numbers_of(name, vectors);
+  if (shape_of(array) != shape_of(like)) {
+    throw InputError(fmt::format("{}: has the shape ({}), the displacement ({})", name,
+                                 fmt::join(shape_of(array), ", "), fmt::join(shape_of(like), ", ")));
+  }
+  images::Pixels pixels{{}, floats_of(py::module_::import("numpy").attr("moveaxis")(array, -1, 0))};
+  pixels.geometry.components = 3;
+  if (space == Space::ras) {
+    turn(pixels.values, 3);
+  }
+  return pixels;
+}
+
 images::Pixels confidence_of(const GivenImage& image, const py::object& confidence) {
   const py::array array = numbers_of("confidence", confidence);
   if (array.ndim() != image.array.ndim()) {

@@ -47,6 +47,10 @@ struct GivenImage {
 [[nodiscard]] images::Pixels vectors_of(const GivenImage& image, std::string_view name,
                                         const py::object& vectors, bool physical);
 
+/// Returns vectors of the shape of `like`, in LPS; `space` is theirs.
+[[nodiscard]] images::Pixels vectors_like(const py::array& like, std::string_view name,
+                                          const py::object& vectors, Space space);
+
 /// Returns scalars at the image's pixels, or vectors as above, as vectors.
 [[nodiscard]] images::Pixels confidence_of(const GivenImage& image, const py::object& confidence);
 

@@ -40,6 +40,8 @@ size        of a scene that has no size of its own
 conditions  [{"where": "left", "dx": -5.0}, ...] as [[condition]] has them; None: the border is held
 energy, method, iterations, poisson, accuracy, within, backend, device, threads
             as the options of `hdmbench run`: accuracy=0.1 or "0.1px" is pixels, "0.1mm" millimetres
+differentiable
+            whether the result keeps the scene, for Result.gradient
 
 Whoever gives an affine gives and gets positions and displacements in RAS, else they are along the axes of the
 array, from its first pixel on; those of scene= are in LPS, as the files of `hdmbench run` have them.
@@ -58,7 +60,8 @@ std::unique_ptr<Result> solve_scene(py::object labels, py::object tissues, py::o
                                     py::object conditions, const py::object& energy, const py::object& method,
                                     const py::object& iterations, const py::object& poisson,
                                     const py::object& accuracy, const py::object& within,
-                                    const std::string& backend, const std::string& device, int threads) {
+                                    const std::string& backend, const std::string& device, int threads,
+                                    bool differentiable) {
   const SceneToLoad to_load =
       scene_to_load({std::move(labels), std::move(tissues), std::move(points), std::move(targets),
                      std::move(confidence), std::move(modulus), std::move(spacing), std::move(affine),
@@ -67,7 +70,8 @@ std::unique_ptr<Result> solve_scene(py::object labels, py::object tissues, py::o
               .accuracy = words_of(accuracy),
               .within = words_of(within),
               .backend = backend,
-              .session = {.device = device, .threads = threads}};
+              .session = {.device = device, .threads = threads},
+              .differentiable = differentiable};
   return solve(std::move(asked), to_load.load, to_load.space, to_load.axes);
 }
 
@@ -178,6 +182,25 @@ void add_inverse(py::module_& module) {
           "Writes it as `hdmbench run --transform` does: .h5 (ITK), .nrrd, .mha or .nii.gz.");
 }
 
+void add_gradient(py::module_& module) {
+  py::class_<Derivatives>(module, "Gradient",
+                          "The derivatives of a number of a displacement by what the scene is made of.")
+      .def_property_readonly(
+          "moduli", [](const Derivatives& self) { return self.moduli; },
+          "Per MPa, by the modulus of every voxel: of the shape of the labels. That of a tissue is the sum "
+          "over\nits voxels. 0 in void.")
+      .def_property_readonly(
+          "targets", [](const Derivatives& self) { return self.targets; },
+          "Per millimetre, by what every voxel is known to move, as targets= or conditions have it; 0 where\n"
+          "nothing is known.")
+      .def_property_readonly(
+          "forces", [](const Derivatives& self) { return self.forces; },
+          "Per newton, by a force on every voxel (of an image per newton per millimetre of thickness); 0 "
+          "where\nit is held.")
+      .def_readonly("converged", &Derivatives::converged,
+                    "Whether the second solution, which these come from, lacks at most 1e-5 of itself.");
+}
+
 void add_result(py::module_& module) {
   py::class_<Result>(module, "Result", "A scene that was solved.")
       .def_property_readonly(
@@ -220,6 +243,10 @@ void add_result(py::module_& module) {
           "the nearest pixel; 0 where nothing comes from. An array without affine or spacing has the pixels "
           "of\n"
           "the displacement.")
+      .def("gradient", &Result::gradient, py::arg("by_displacement"),
+           "How a number depends on moduli, targets and forces, by one more solution: `by_displacement` is\n"
+           "its derivative by the displacement, of its shape. Of a scene that was solved with "
+           "differentiable=True.")
       .def(
           "save", [](const Result& self, const py::object& file) { save(self.field, file); }, py::arg("file"),
           "Writes the displacement as `hdmbench run` does: .nrrd, .mha, .nii.gz or .h5.")
@@ -242,6 +269,7 @@ PYBIND11_MODULE(_hdmbench, module) {
     }
   });
   add_inverse(module);
+  add_gradient(module);
   add_result(module);
   const py::none none;
   module.def("solve", solve_scene, solve_help, py::arg("labels") = none, py::arg("tissues") = none,
@@ -250,7 +278,8 @@ PYBIND11_MODULE(_hdmbench, module) {
              py::arg("scene") = none, py::arg("size") = none, py::arg("conditions") = none,
              py::arg("energy") = none, py::arg("method") = none, py::arg("iterations") = none,
              py::arg("poisson") = none, py::arg("accuracy") = none, py::arg("within") = none,
-             py::arg("backend") = "openmp", py::arg("device") = "", py::arg("threads") = 0);
+             py::arg("backend") = "openmp", py::arg("device") = "", py::arg("threads") = 0,
+             py::arg("differentiable") = false);
   module.def(
       "backends", list_backends,
       "All backends, as `hdmbench devices` lists them: dictionaries with backend, description, available,\n"

@@ -1,6 +1,7 @@
 #include "harness/python/result.hpp"
 
 #include "backends/registry.hpp"
+#include "harness/applications/gradient.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/stopwatch.hpp"
@@ -48,6 +49,32 @@ py::object residuals_of(const Scene& scene, const VectorField& displacement) {
   return py::array_t<double>(static_cast<py::ssize_t>(misses.size()), misses.data());
 }
 
+/// Returns the components along the axes of the scene, per pixel, of a derivative by the displacement in
+/// millimetres, in LPS.
+VectorField along_axes(const images::Pixels& by_displacement, const Field& field) {
+  VectorField result(field.displacement.extent);
+  for (std::size_t axis = 0; axis < result.extent.axes(); ++axis) {
+    const Placement::Vector& direction = field.placement.axes[axis];
+    for (std::size_t site = 0; site < result.extent.sites(); ++site) {
+      const float* const at = by_displacement.values.data() + 3 * site;
+      const double sum = direction[0] * at[0] + direction[1] * at[1] + direction[2] * at[2];
+      result[axis][site] = static_cast<float>(field.spacing * sum);
+    }
+  }
+  return result;
+}
+
+/// Returns so many times the vectors, along the axes of the space in place of the scene's; LPS.
+images::Pixels along_space(VectorField vectors, double times, const Field& field) {
+  for (std::vector<float>& component : vectors.planes) {
+    for (float& value : component) {
+      value =
+          static_cast<float>(times / field.spacing * value); // a displacement would be spacing times as much
+    }
+  }
+  return physical_displacement("gradient", vectors, field.spacing, field.placement, {});
+}
+
 /// What is found out without the GIL.
 struct Found {
   Scene scene;
@@ -66,6 +93,9 @@ Found find(Asked& asked, const std::function<Scene(ScheduleOverrides&)>& load, P
   }
   Found found;
   found.scene = load_to_solve(asked.schedule, is_asked, [&] { return load(asked.schedule); });
+  if (const std::string why = asked.differentiable ? why_no_gradient(found.scene) : ""; !why.empty()) {
+    throw InputError("differentiable: " + why);
+  }
   may_end_here();
   const Request request = parse_request(asked.accuracy, asked.within, found.scene.spacing);
   const auto registry = make_backends();
@@ -143,6 +173,36 @@ const std::shared_ptr<const Backward>& Result::inverse() {
   return backward;
 }
 
+Derivatives Result::gradient(const py::object& by_displacement) const {
+  if (kept == nullptr) {
+    throw InputError("the scene of this result is gone; solve it with differentiable=True, which keeps it");
+  }
+  const Scene& solved = kept->scene;
+  const images::Pixels given = vectors_like(displacement, "by_displacement", by_displacement, field.space);
+  images::Pixels moduli;
+  images::Pixels targets;
+  images::Pixels forces;
+  bool converged = true;
+  work_interruptibly([&](Progress& progress) {
+    const auto registry = make_backends();
+    Solver solver(choose_backend(registry, kept->backend, solved), kept->session);
+    SceneGradient gradient =
+        gradient_of(solved, field.displacement, along_axes(given, field), solver, progress);
+    converged = gradient.converged;
+    double voxel = 1.0; // volume of one, mm^3, of a pixel mm^2
+    for (std::size_t axis = 0; axis < solved.extent().axes(); ++axis) {
+      voxel *= solved.spacing * solved.full.sides[axis];
+    }
+    targets = along_space(std::move(gradient.target), 1.0 / solved.spacing, field);
+    forces = along_space(std::move(gradient.force), solved.spacing / voxel, field); // MPa / side * voxel: N
+    moduli = {targets.geometry, std::move(gradient.modulus.values)};
+    moduli.geometry.components = 1;
+  });
+  return {array_of(std::move(moduli), field.axes, field.space),
+          array_of(std::move(targets), field.axes, field.space),
+          array_of(std::move(forces), field.axes, field.space), converged};
+}
+
 void work_interruptibly(const std::function<void(Progress&)>& work) {
   try {
     const py::gil_scoped_release release;
@@ -187,6 +247,9 @@ std::unique_ptr<Result> solve(Asked asked, const std::function<Scene(ScheduleOve
   result->warnings = object_of(nlohmann::json(found.warnings));
   result->affine = affine_of(found.physical.geometry, space);
   result->displacement = array_of(std::move(found.physical), result->field.axes, space);
+  if (asked.differentiable) {
+    result->kept = std::make_shared<Kept>(std::move(found.scene), asked.backend, asked.session);
+  }
   result->seconds = clock.seconds();
   return result;
 }

@@ -46,6 +46,21 @@ struct Backward {
                                const py::object& affine) const;
 };
 
+/// What a number of the displacement depends on (harness/applications/gradient.hpp), as arrays.
+struct Derivatives {
+  py::array moduli;  ///< per MPa, of the shape of the labels
+  py::array targets; ///< per millimetre, of the shape of the displacement and in its space
+  py::array forces;  ///< per newton on a voxel, of an image per newton per millimetre of thickness; likewise
+  bool converged = true;
+};
+
+/// The scene of a result, and where it was solved.
+struct Kept {
+  Scene scene;
+  std::string backend;
+  SessionOptions session;
+};
+
 /// A scene that was solved.
 struct Result {
   Field field;
@@ -65,9 +80,14 @@ struct Result {
   py::object residuals{};
   py::object warnings{};
   std::shared_ptr<const Backward> backward{}; ///< null until somebody asks
+  std::shared_ptr<const Kept> kept{};         ///< null but where Asked::differentiable
 
   /// Inverts the displacement, once. Throws InputError.
   const std::shared_ptr<const Backward>& inverse();
+  /// `by_displacement`: the derivative of a number by `displacement`, of its shape, per millimetre. Throws
+  /// InputError where the scene was not kept, or has no gradient; what Session throws, and what Python
+  /// raises.
+  [[nodiscard]] Derivatives gradient(const py::object& by_displacement) const;
 };
 
 /// What a caller asked for beside the scene itself.
@@ -77,6 +97,7 @@ struct Asked {
   std::string within;   ///< the same
   std::string backend = "openmp";
   SessionOptions session{};
+  bool differentiable = false; ///< the scene is kept for Result::gradient()
 };
 
 /// Loads, solves and diagnoses a scene as `run` does. Ends where Python has a signal (Ctrl-C). Called with

@@ -17,16 +17,18 @@ namespace hdmbench {
 
 namespace {
 
-/// Conjugate gradients until what is left is within `accuracy`, pixels, at most so many steps.
-void step_until(double accuracy, int most_steps, const Level& level, ElasticSolver& solver) {
+/// Conjugate gradients until what is left is within `accuracy`, pixels, at most so many steps. Returns
+/// whether it is, or is rounding.
+bool step_until(double accuracy, int most_steps, const Level& level, ElasticSolver& solver) {
   RemainingError error(level);
   for (int done = 0; done < most_steps && !error.is_within(accuracy); ++done) {
     const ElasticSolver::Step step = solver.conjugate_gradients();
     if (step.ended) {
-      return;
+      return step.at_rest;
     }
     error.add(step);
   }
+  return error.is_within(accuracy);
 }
 
 } // namespace
@@ -36,11 +38,12 @@ void solve_within(double accuracy, int most_steps, const Level& level, ElasticSo
   step_until(accuracy, most_steps, level, solver);
 }
 
-VectorField solve_to_share(double share, int most_steps, const Level& level, ElasticSolver& solver) {
+SolutionToShare solve_to_share(double share, int most_steps, const Level& level, ElasticSolver& solver) {
   solver.full_multigrid();
-  step_until(share * root_mean_square(solver.displacement()), most_steps, level, solver);
+  const bool is_within =
+      step_until(share * root_mean_square(solver.displacement()), most_steps, level, solver);
   solver.settle(level);
-  return solver.displacement();
+  return {solver.displacement(), is_within};
 }
 
 namespace {

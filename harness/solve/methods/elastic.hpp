@@ -137,11 +137,17 @@ void require_conditions_alone(const Level& level, std::string_view who);
 /// steps. `level` is the solver's.
 void solve_within(double accuracy, int most_steps, const Level& level, ElasticSolver& solver);
 
+/// A field and whether what it lacks is known to be within a share of it, or rounding.
+struct SolutionToShare {
+  VectorField displacement;
+  bool is_within = false;
+};
+
 /// Full multigrid, then conjugate gradients until what is left is within that share of the field, RMS, at
-/// most so many steps. Returns the field, which the session keeps. `level` is the solver's, or has its
-/// confidences and moduli and the targets that settle() is to see.
-[[nodiscard]] VectorField solve_to_share(double share, int most_steps, const Level& level,
-                                         ElasticSolver& solver);
+/// most so many steps. The session keeps the field. `level` is the solver's, or has its confidences and
+/// moduli and the targets that settle() is to see.
+[[nodiscard]] SolutionToShare solve_to_share(double share, int most_steps, const Level& level,
+                                             ElasticSolver& solver);
 
 /// The scene by the method that its schedule names. Throws as ElasticSolver does.
 [[nodiscard]] Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& progress,
