@@ -2,7 +2,11 @@
 
 #include "harness/applications/picture.hpp"
 #include "harness/solve/methods/solver.hpp"
+#include "kernels/data/input_error.hpp"
 
+#include <fmt/format.h>
+
+#include <algorithm>
 #include <cmath>
 
 namespace hdmbench {
@@ -68,6 +72,16 @@ VectorField confidence_of(const ScalarField& source, const ScalarField& target,
     }
   }
   return confidence;
+}
+
+void require_labels(const Scene& scene) {
+  const std::vector<int>& labels = scene.labels.values;
+  if (labels.empty() || std::ranges::count(labels, labels.front()) == std::ssize(labels)) {
+    throw InputError(
+        fmt::format("the scene {} has no labels, or one label everywhere: give it [image] labels "
+                    "and a [[tissue]] with a modulus for each",
+                    scene.name));
+  }
 }
 
 Solution make_physical(const ScalarField& source, const ScalarField& target, const VectorField& displacement,

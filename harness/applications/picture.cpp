@@ -272,6 +272,46 @@ void require_pair(const ScalarField& source, const ScalarField& target) {
   require_picture(target, "target");
 }
 
+void prepare_pair(ScalarField& source, ScalarField& target) {
+  require_pair(source, target);
+  const auto [low_source, high_source] = std::ranges::minmax(source.values);
+  const auto [low_target, high_target] = std::ranges::minmax(target.values);
+  const float bright_source = low_source + 0.2F * (high_source - low_source);
+  const float bright_target = low_target + 0.2F * (high_target - low_target);
+  bool is_bright = false; // somewhere at the same place
+  for (std::size_t site = 0; site < source.values.size(); ++site) {
+    is_bright |= source.values[site] > bright_source && target.values[site] > bright_target;
+  }
+  if (!is_bright) {
+    throw unusable(
+        "the two pictures do not overlap, nothing bright is at one place in both; align them first");
+  }
+  const float low = std::min(low_source, low_target);
+  const float scale = 255.0F / (std::max(high_source, high_target) - low);
+  for (ScalarField* const picture : {&source, &target}) {
+    for (float& gray : picture->values) {
+      gray = (gray - low) * scale;
+    }
+  }
+}
+
+void require_region(const ScalarField& region, std::string_view name) {
+  std::size_t inside = 0;
+  for (std::size_t site = 0; site < region.values.size(); ++site) {
+    const float value = region.values[site];
+    if (!std::isfinite(value)) {
+      throw InputError(fmt::format("{}: the mask at {} is {}; give 0 outside the region, 1 inside", name,
+                                   region.extent.place(site), value));
+    }
+    inside += value != 0.0F ? 1U : 0U;
+  }
+  if (inside == 0 || inside == region.values.size()) {
+    throw InputError(fmt::format("{}: the region of interest is {}", name,
+                                 inside == 0 ? "empty, every pixel is 0"
+                                             : "the whole image; something around it must be known"));
+  }
+}
+
 Similarity similarity(const ScalarField& a, const ScalarField& b) {
   constexpr int bins = Similarity::bins;
   Similarity result;

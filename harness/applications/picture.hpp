@@ -7,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <random>
+#include <string_view>
 #include <vector>
 
 /// What registrations do with pictures, in float on the processor: the same bits whatever the number of
@@ -90,6 +91,14 @@ void blend_moduli(ScalarField& modulus, const ScalarField& region, float resista
 /// Throws InputError where the two cannot be registered: other sizes, a side below 16 pixels, a value that is
 /// not finite, a picture of one gray value.
 void require_pair(const ScalarField& source, const ScalarField& target);
+
+/// Makes two pictures ready to be registered: gray values 0 ... 255, both on one scale. Throws InputError as
+/// require_pair does, and where nothing bright is at one place in both.
+void prepare_pair(ScalarField& source, ScalarField& target);
+
+/// Throws InputError for a region of interest that is nothing, everything or not finite somewhere; `name` is
+/// what messages call it.
+void require_region(const ScalarField& region, std::string_view name);
 
 /// How alike two pictures are, site by site.
 struct Similarity {

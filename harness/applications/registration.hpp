@@ -27,6 +27,9 @@ struct ConventionalRegistration {
                                                                const ScalarField& target,
                                                                const ScalarField& unseen, Progress& progress);
 
+/// Throws InputError for a scene of one label, or none: labels say which tissue moves how.
+void require_labels(const Scene& scene);
+
 /// How far a registration is to be believed, per site and component, 0 ... 1. Two things speak for it: the
 /// gradients of the source around, along that component, against what noise alone would make (structure
 /// tensor), and that the pictures look the same after it. 0 where `unseen` is not 0: the region of interest.

@@ -1,8 +1,7 @@
 #include "harness/cli/picture_pair.hpp"
 
 #include "harness/applications/picture.hpp"
-
-#include <cmath>
+#include "harness/applications/registration.hpp"
 
 namespace hdmbench::commands {
 
@@ -41,23 +40,6 @@ Image<ScalarField> read_picture(const fs::path& file, const Scene& scene,
   return image;
 }
 
-/// Bright parts of both somewhere at the same place.
-void require_overlap(const ScalarField& source, const ScalarField& target) {
-  const auto bright_of = [](const ScalarField& picture) {
-    const auto [low, high] = std::ranges::minmax(picture.values);
-    return low + 0.2F * (high - low);
-  };
-  const float bright_source = bright_of(source);
-  const float bright_target = bright_of(target);
-  for (std::size_t site = 0; site < source.values.size(); ++site) {
-    if (source.values[site] > bright_source && target.values[site] > bright_target) {
-      return;
-    }
-  }
-  throw InputError("registration: the two pictures do not overlap, nothing bright is at one place in both; "
-                   "align them first");
-}
-
 const Option<fs::path> source_file("source", "The picture before, as the scene's labels have it",
                                    Content::image);
 const Option<fs::path> target_file("target", "The picture after, of the same size and spacing",
@@ -87,45 +69,15 @@ Options pair_options(const Options& schedule) {
 PictureData load_pictures(const Call& call) {
   PictureData data;
   data.scene = scene_of(call, scene_name);
-  if (data.scene.labels.values.empty() ||
-      std::ranges::count(data.scene.labels.values, data.scene.labels.values.front()) ==
-          std::ssize(data.scene.labels.values)) {
-    throw InputError(
-        fmt::format("the scene {} has no labels, or one label everywhere: give it [image] labels "
-                    "and a [[tissue]] with a modulus for each",
-                    data.scene.name));
-  }
+  require_labels(data.scene);
   Image<ScalarField> before = read_picture(call[source_file], data.scene);
   data.target = read_picture(call[target_file], data.scene, &before).pixels;
   data.source = before.pixels;
   data.placement = before.placement;
-  require_pair(data.source, data.target);
-  require_overlap(data.source, data.target);
-  const auto [low_source, high_source] = std::ranges::minmax(data.source.values);
-  const auto [low_target, high_target] = std::ranges::minmax(data.target.values);
-  const float low = std::min(low_source, low_target);
-  const float scale = 255.0F / (std::max(high_source, high_target) - low);
-  for (ScalarField* const picture : {&data.source, &data.target}) {
-    for (float& gray : picture->values) {
-      gray = (gray - low) * scale;
-    }
-  }
+  prepare_pair(data.source, data.target);
   if (!call[region_file].empty()) {
     data.region = read_picture(call[region_file], data.scene, &before).pixels;
-    std::size_t inside = 0;
-    for (std::size_t site = 0; site < data.region.values.size(); ++site) {
-      const float value = data.region.values[site];
-      if (!std::isfinite(value)) {
-        throw InputError(fmt::format("{}: the mask at {} is {}; give 0 outside the region, 1 inside",
-                                     call[region_file].string(), data.region.extent.place(site), value));
-      }
-      inside += value != 0.0F ? 1U : 0U;
-    }
-    if (inside == 0 || inside == data.region.values.size()) {
-      throw InputError(fmt::format("{}: the region of interest is {}", call[region_file].string(),
-                                   inside == 0 ? "empty, every pixel is 0"
-                                               : "the whole image; something around it must be known"));
-    }
+    require_region(data.region, call[region_file].string());
   }
   return data;
 }

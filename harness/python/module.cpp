@@ -1,10 +1,10 @@
 // What `import hdmbench` has: functions that call what the command line calls.
 
-#include "harness/python/result.hpp"
-#include "harness/python/scene_arguments.hpp"
+#include "harness/python/registration.hpp"
 
 #include "backends/registry.hpp"
 #include "harness/check/verify_rows.hpp"
+#include "harness/measure/bench.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -12,7 +12,12 @@
 
 #include <build_information.hpp>
 
+#include <memory>
+#include <optional>
+#include <sstream>
+#include <string>
 #include <utility>
+#include <vector>
 
 namespace hdmbench::python {
 
@@ -75,6 +80,34 @@ std::unique_ptr<Result> solve_scene(py::object labels, py::object tissues, py::o
   return solve(std::move(asked), to_load.load, to_load.space, to_load.axes);
 }
 
+constexpr const char* register_help =
+    R"(How the tissue of one picture moved in another one, taken later: what `hdmbench register` computes, to the bit.
+
+source, target  two arrays of two axes of one shape: gray values before and after
+labels, tissues the tissues of source, as of solve(); label 0 is not tissue
+region          not 0 where the pictures are not to be believed: a growth, a resection. None: nowhere
+iterate         thesis Algorithm 6, which needs no ITK; else Algorithm 5
+spacing, affine as of solve(); the others as the options of `hdmbench register`
+
+Result.met says whether Algorithm 6 converged. Raises as solve() does.)";
+
+std::unique_ptr<Result> register_arrays(py::object source, py::object target, py::object labels,
+                                        py::object tissues, py::object region, py::object spacing,
+                                        py::object affine, bool iterate, const py::object& energy,
+                                        const py::object& method, const py::object& iterations,
+                                        const py::object& poisson, const std::string& backend,
+                                        const std::string& device, int threads) {
+  const py::none none;
+  SceneToLoad scene =
+      scene_to_load({std::move(labels), std::move(tissues), none, none, none, none, std::move(spacing),
+                     std::move(affine), none, none, py::list()}); // pictures say what moves, no condition
+  const Asked asked{.schedule = schedule_of(energy, method, iterations, poisson),
+                    .backend = backend,
+                    .session = {.device = device, .threads = threads}};
+  return register_pictures({std::move(source), std::move(target), std::move(region)}, std::move(scene), asked,
+                           iterate);
+}
+
 py::list list_backends() {
   nlohmann::json rows = nlohmann::json::array();
   {
@@ -107,6 +140,21 @@ py::list list_scenes() {
   return object_of(rows);
 }
 
+/// Those of the names; without names all but the first one, which they are compared with.
+std::vector<const Backend*> beside_reference(const std::vector<std::unique_ptr<Backend>>& registry,
+                                             const std::optional<std::vector<std::string>>& names) {
+  std::vector<const Backend*> found;
+  for (const auto& backend : registry) {
+    if (!names && backend != registry.front()) {
+      found.push_back(backend.get());
+    }
+  }
+  for (const std::string& name : names.value_or(std::vector<std::string>{})) {
+    found.push_back(&find_backend(registry, name));
+  }
+  return found;
+}
+
 py::list verify_scene(const std::string& scene, const std::optional<std::vector<std::string>>& backends,
                       py::object size, const py::object& energy, const py::object& method,
                       const py::object& iterations, const std::string& device, int threads) {
@@ -118,21 +166,44 @@ py::list verify_scene(const std::string& scene, const std::optional<std::vector<
   work_interruptibly([&](Progress& progress) {
     const Scene loaded = to_load.load(schedule);
     const auto registry = make_backends();
-    std::vector<const Backend*> compared;
-    for (const auto& backend : registry) {
-      if (!backends && backend != registry.front()) {
-        compared.push_back(backend.get());
-      }
-    }
-    for (const std::string& name : backends.value_or(std::vector<std::string>{})) {
-      compared.push_back(&find_backend(registry, name));
-    }
+    const std::vector<const Backend*> compared = beside_reference(registry, backends);
     const VerifyOptions options{.session = {.device = device, .threads = threads},
                                 .iteration_limit = std::nullopt};
     progress.set_total(site_updates(loaded));
     for (const Comparison& comparison : verify(loaded, *registry.front(), compared, options, progress)) {
       rows.push_back(verify_row(loaded, comparison));
     }
+  });
+  return object_of(rows);
+}
+
+py::list bench_scene(const std::string& scene, const std::optional<std::vector<std::string>>& backends,
+                     py::object size, const py::object& energy, const py::object& method,
+                     const py::object& iterations, int repeat, const std::string& device, int threads) {
+  if (repeat < 1) {
+    throw InputError("repeat: is at least 1");
+  }
+  const py::none none;
+  const SceneToLoad to_load =
+      scene_to_load({none, none, none, none, none, none, none, none, py::str(scene), std::move(size), none});
+  const ScheduleOverrides schedule_of_words = schedule_of(energy, method, iterations, none);
+  nlohmann::json rows;
+  work_interruptibly([&](Progress& progress) {
+    const auto registry = make_backends();
+    BenchOptions options{.backends = beside_reference(registry, backends),
+                         .session = {.device = device, .threads = threads}};
+    std::erase(options.backends, registry.front().get());
+    options.backends.insert(options.backends.begin(), registry.front().get());
+    Bench bench(progress);
+    bench.add(
+        [&] {
+          ScheduleOverrides schedule = schedule_of_words;
+          return std::optional(to_load.load(schedule));
+        },
+        [&](const Scene&) { return options; });
+    std::ostringstream unread;
+    rows = bench.run({fmt::format("--benchmark_repetitions={}", repeat), "--benchmark_min_time=0.02"}, unread,
+                     {.show = [](const nlohmann::json&) {}, .keep = [](const nlohmann::json&) {}});
   });
   return object_of(rows);
 }
@@ -290,6 +361,19 @@ PYBIND11_MODULE(_hdmbench, module) {
              py::arg("iterations") = none, py::arg("device") = "", py::arg("threads") = 0,
              "Compares backends (all) with `scalar`, bit for bit, at every iteration: the rows of `hdmbench\n"
              "verify --json`, one for each backend and mode, with verdict, tier and sites_differing.");
+  module.def("register", register_arrays, register_help, py::arg("source"), py::arg("target"),
+             py::arg("labels"), py::arg("tissues"), py::arg("region") = none, py::kw_only(),
+             py::arg("spacing") = none, py::arg("affine") = none, py::arg("iterate") = false,
+             py::arg("energy") = none, py::arg("method") = none, py::arg("iterations") = none,
+             py::arg("poisson") = none, py::arg("backend") = "openmp", py::arg("device") = "",
+             py::arg("threads") = 0);
+  module.def("bench", bench_scene, py::arg("scene") = "square", py::arg("backends") = none, py::kw_only(),
+             py::arg("size") = none, py::arg("energy") = none, py::arg("method") = none,
+             py::arg("iterations") = none, py::arg("repeat") = 5, py::arg("device") = "",
+             py::arg("threads") = 0,
+             "Times whole solutions on backends (all) beside `scalar`, with whose bits each is compared: the "
+             "rows of\n`hdmbench bench --json`, one for each backend, with seconds, valid and "
+             "speed_up_over_scalar.");
 }
 
 } // namespace hdmbench::python

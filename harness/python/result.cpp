@@ -81,7 +81,6 @@ struct Found {
   Answer answer;
   Warnings warnings;
   Device device;
-  images::Pixels physical;
 };
 
 Found find(Asked& asked, const std::function<Scene(ScheduleOverrides&)>& load, Progress& progress) {
@@ -214,39 +213,46 @@ void work_interruptibly(const std::function<void(Progress&)>& work) {
   }
 }
 
+std::unique_ptr<Result> result_of(const Scene& scene, VectorField displacement, Space space,
+                                  std::optional<std::size_t> axes) {
+  auto result = std::make_unique<Result>();
+  result->scene = scene.name;
+  result->energy = scene.energy->name;
+  result->largest = largest_component(displacement) * scene.spacing;
+  result->residuals = residuals_of(scene, displacement);
+  result->field = {.displacement = std::move(displacement),
+                   .spacing = scene.spacing,
+                   .placement = scene.placement,
+                   .oblong = scene.oblong,
+                   .space = space,
+                   .axes = axes.value_or(scene.extent().axes())};
+  images::Pixels physical;
+  {
+    const py::gil_scoped_release release;
+    physical = result->field.physical();
+  }
+  result->affine = affine_of(physical.geometry, space);
+  result->displacement = array_of(std::move(physical), result->field.axes, space);
+  return result;
+}
+
 std::unique_ptr<Result> solve(Asked asked, const std::function<Scene(ScheduleOverrides&)>& load, Space space,
                               std::optional<std::size_t> axes) {
   const Clock clock;
-  auto result = std::make_unique<Result>();
   Found found;
-  work_interruptibly([&](Progress& progress) {
-    found = find(asked, load, progress);
-    const Solution& solution = found.answer.solution();
-    result->field = {.displacement = solution.displacement,
-                     .spacing = found.scene.spacing,
-                     .placement = found.scene.placement,
-                     .oblong = found.scene.oblong,
-                     .space = space,
-                     .axes = axes.value_or(found.scene.extent().axes())};
-    found.physical = result->field.physical();
-  });
+  work_interruptibly([&](Progress& progress) { found = find(asked, load, progress); });
   const Solution& solution = found.answer.solution();
-  result->scene = found.scene.name;
-  result->energy = found.scene.energy->name;
+  std::unique_ptr<Result> result = result_of(found.scene, solution.displacement, space, axes);
   result->method = found.answer.plan ? "as needed" : method_name(found.scene);
   result->backend = asked.backend;
   result->device = found.device.name;
-  result->largest = largest_component(solution.displacement) * found.scene.spacing;
   result->estimate = solution.estimated_error;
   if (found.answer.plan) {
     result->met = found.answer.plan->met;
     result->outcome = found.answer.plan->outcome;
   }
   result->timings = solution.timings;
-  result->residuals = residuals_of(found.scene, solution.displacement);
   result->warnings = object_of(nlohmann::json(found.warnings));
-  result->affine = affine_of(found.physical.geometry, space);
-  result->displacement = array_of(std::move(found.physical), result->field.axes, space);
   if (asked.differentiable) {
     result->kept = std::make_shared<Kept>(std::move(found.scene), asked.backend, asked.session);
   }

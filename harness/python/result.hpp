@@ -93,17 +93,21 @@ struct Result {
 /// What a caller asked for beside the scene itself.
 struct Asked {
   ScheduleOverrides schedule{.takes_boxes = true};
-  std::string accuracy; ///< in the words of the command line
-  std::string within;   ///< the same
+  std::string accuracy{}; ///< in the words of the command line
+  std::string within{};   ///< the same
   std::string backend = "openmp";
   SessionOptions session{};
   bool differentiable = false; ///< the scene is kept for Result::gradient()
 };
 
+/// Returns a result that has the displacement of a scene and where it lies; what computed it is yet to be
+/// said. `space` and `axes` are those of whoever asks, see Field; no axes: the scene's. Called with the GIL.
+[[nodiscard]] std::unique_ptr<Result> result_of(const Scene& scene, VectorField displacement, Space space,
+                                                std::optional<std::size_t> axes);
+
 /// Loads, solves and diagnoses a scene as `run` does. Ends where Python has a signal (Ctrl-C). Called with
 /// the GIL, which it gives away meanwhile. Throws InputError, DeviceError, std::runtime_error where there is
-/// no result, and what Python raises. `space` and `axes` are those of whoever asks, see Field; no axes: the
-/// scene's.
+/// no result, and what Python raises. `space` and `axes` as of result_of().
 [[nodiscard]] std::unique_ptr<Result> solve(Asked asked, const std::function<Scene(ScheduleOverrides&)>& load,
                                             Space space, std::optional<std::size_t> axes);
 

@@ -253,6 +253,47 @@ class Moved(InFolder):
         self.assertEqual((self.folder / "field.nrrd").read_bytes(), written)
 
 
+class Registered(InFolder):
+    """register() against the command on the same pictures."""
+
+    at = np.indices((48, 40)).astype(float)
+    labels = np.where(np.hypot(at[0] - 22, at[1] - 20) < 9, 7, 1).astype("<i2")
+    labels[:2] = labels[:, :2] = labels[-2:] = labels[:, -2:] = 0
+
+    def picture(self, way):
+        x, y = self.at[0] - way, self.at[1]
+        return np.where(self.labels > 0, 100 + 60 * np.sin(x / 3) * np.cos(y / 4) + 20 * np.sin(x * y / 50), 0).astype("f4")
+
+    def test_same_bits(self):
+        source, target = self.picture(0), self.picture(1)
+        region = np.zeros((48, 40), "<i2")
+        region[20:26, 17:23] = 1
+        for name, picture in (("labels", self.labels), ("source", source), ("target", target), ("region", region)):
+            write_nrrd(self.folder / f"{name}.nrrd", picture, spacing=(1.5, 1.5))
+        scene = self.folder / "scene.toml"
+        scene.write_text('energy = "elastic"\n[image]\nlabels = "labels.nrrd"\n' + tissues_file)
+        pictures = [self.folder / "source.nrrd", self.folder / "target.nrrd", "--scene", scene]
+        ways = ({"iterate": True}, ["--iterate"]), ({"region": region}, ["--roi", self.folder / "region.nrrd"])
+        for options, words in ways:
+            out = self.folder / "out"
+            run("register", *pictures, *words, "--output", out)
+            result = hdmbench.register(source, target, self.labels, moduli, spacing=1.5, **options)
+            self.same(result.displacement, read_nrrd(out / "displacement.nrrd")[:, :, 0])
+            self.assertEqual(result.met, True if "iterate" in options else None)
+
+    def test_refused(self):
+        source, target = self.picture(0), self.picture(1)
+        refused = [("do not overlap", (source * (self.at[0] < 20), target * (self.at[0] > 30), self.labels)),
+                   ("target: has 40 x 48 pixels, the labels have 48 x 40", (source, target.T, self.labels)),
+                   ("one label everywhere", (source, target, self.labels * 0)),
+                   ("two axes", [np.stack([one] * 3, axis=2) for one in (source, target, self.labels)])]
+        for words, arrays in refused:
+            with self.assertRaisesRegex(ValueError, words):
+                hdmbench.register(*arrays, moduli)
+        with self.assertRaisesRegex(ValueError, "region: the region of interest is empty"):
+            hdmbench.register(source, target, self.labels, moduli, self.labels * 0)
+
+
 class Gradients(unittest.TestCase):
     """Result.gradient() against differences of solutions, in spaces of all kinds."""
 
@@ -440,12 +481,12 @@ class Work(unittest.TestCase):
         self.assertGreater(steps, 100 * seconds)
 
     def test_interrupt(self):
-        """Ctrl-C ends a solution of half a minute."""
-        program = ("import hdmbench, time\nprint('begins', flush=True)\ntry:\n"
-                   "  hdmbench.solve(scene='ball', size=(96, 96, 96), energy='elastic', method='conjugate-gradients',\n"
-                   "                 iterations=100000000, threads=1)\n"
-                   "except KeyboardInterrupt:\n  print('ended', time.time(), flush=True)\n")
-        for wait in (0.3, 1.0):
+        """Ctrl-C ends a solution, or what takes many, of half a minute."""
+        for call, wait in (("solve(", 0.3), ("solve(", 1.0), ("bench(backends=['scalar'], ", 1.0)):
+            program = ("import hdmbench, time\nprint('begins', flush=True)\ntry:\n"
+                       f"  hdmbench.{call}scene='ball', size=(96, 96, 96), energy='elastic',\n"
+                       "                 method='conjugate-gradients', iterations=100000000, threads=1)\n"
+                       "except KeyboardInterrupt:\n  print('ended', time.time(), flush=True)\n")
             process = subprocess.Popen([sys.executable, "-c", program], stdout=subprocess.PIPE, text=True)
             self.assertEqual(process.stdout.readline(), "begins\n")
             time.sleep(wait)
@@ -465,6 +506,20 @@ class Work(unittest.TestCase):
         rows = hdmbench.verify("circular", ["openmp"], size=20)
         self.assertEqual({row["verdict"] for row in rows}, {"agree"})
         self.assertGreater(rows[0]["sites_compared"], 1000)
+
+    def test_bench(self):
+        """Twice in one process; the rows are those of the command."""
+        for scene, size, energy in (("square", 40, None), ("ball", (12, 12, 12), "elastic")):
+            rows = hdmbench.bench(scene, ["openmp"], size=size, energy=energy, repeat=2)
+            self.assertEqual([row["backend"] for row in rows], ["scalar", "openmp"])
+            for row in rows:
+                self.assertTrue(row["valid"])
+                self.assertEqual(len(row["seconds"]), 2)
+            self.assertGreater(rows[1]["speed_up_over_scalar"], 0)
+        with self.assertRaisesRegex(ValueError, "nobody"):
+            hdmbench.bench("square", ["nobody"])
+        with self.assertRaisesRegex(ValueError, "repeat: is at least 1"):
+            hdmbench.bench("square", repeat=0)
 
 
 class Packed(InFolder):

@@ -12,9 +12,9 @@ _asks_to_wait = "GOMP_SPINCOUNT" not in os.environ and "OMP_WAIT_POLICY" not in 
 if _asks_to_wait:
     os.environ["GOMP_SPINCOUNT"] = "1000"
 
-from ._hdmbench import Gradient, Inverse, Result, __version__, backends, scenes, solve, verify  # noqa: E402
+from ._hdmbench import Gradient, Inverse, Result, __version__, backends, bench, register, scenes, solve, verify  # noqa: E402
 
 if _asks_to_wait:
     del os.environ["GOMP_SPINCOUNT"]
 
-__all__ = ["Gradient", "Inverse", "Result", "backends", "scenes", "solve", "verify"]
+__all__ = ["Gradient", "Inverse", "Result", "backends", "bench", "register", "scenes", "solve", "verify"]

@@ -104,6 +104,36 @@ def solve(
     threads: int = 0,
     differentiable: bool = False,
 ) -> Result: ...
+def register(
+    source: ArrayLike | Any,
+    target: ArrayLike | Any,
+    labels: ArrayLike | Any,
+    tissues: Mapping[int, float | Mapping[str, Any]] | str | PathLike[str],
+    region: ArrayLike | Any | None = None,
+    *,
+    spacing: float | Sequence[float] | None = None,
+    affine: ArrayLike | None = None,
+    iterate: bool = False,
+    energy: str | None = None,
+    method: str | None = None,
+    iterations: int | None = None,
+    poisson: float | None = None,
+    backend: str = "openmp",
+    device: str = "",
+    threads: int = 0,
+) -> Result: ...
+def bench(
+    scene: str = "square",
+    backends: Sequence[str] | None = None,
+    *,
+    size: int | Sequence[int] | None = None,
+    energy: str | None = None,
+    method: str | None = None,
+    iterations: int | None = None,
+    repeat: int = 5,
+    device: str = "",
+    threads: int = 0,
+) -> list[dict[str, Any]]: ...
 def backends() -> list[dict[str, Any]]: ...
 def scenes() -> list[dict[str, Any]]: ...
 def verify(
