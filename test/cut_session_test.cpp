@@ -84,7 +84,7 @@ TEST(CutSession, GivesScalarsBitsOfTheElasticEnergy) {
     int refused = 0;
     int cut = 0;
     const auto backend = limited(
-        inner, [](Extent extent) { return extent.sites() <= 2200; }, refused);
+        inner, [](Extent extent) { return extent.sites() <= 3400; }, refused);
     const auto session = backend.open_elastic({.device = {}, .threads = 2});
     for (const test::ElasticCase& one : test::elastic_cases()) {
       const int before = refused;

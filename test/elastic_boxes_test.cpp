@@ -71,6 +71,36 @@ TEST(ElasticBoxes, CyclesKnowHowFarTheyAreFromTheEnd) {
   }
 }
 
+/// The RMS that so many steps of conjugate gradients leave.
+double left_after(int steps, const Level& level) {
+  const auto session = test::find("openmp").open_elastic({});
+  ElasticSolver solver(level, 0.3, *session);
+  solver.full_multigrid();
+  for (int step = 0; step < steps; ++step) {
+    (void)solver.conjugate_gradients();
+  }
+  return rmsd(ReferenceField(solver.displacement()), ReferenceField(converged(level, 0.3)));
+}
+
+/// A cell of any form takes about as many steps as a cube: levels are made coarser along short sides first.
+TEST(ElasticBoxes, TakeAsManyStepsAsCubes) {
+  for (const auto& [extent, steps] : {std::pair{Extent{70, 61}, 6}, {Extent{24, 21, 22}, 6}}) {
+    const double of_cubes =
+        left_after(steps, box_level(extent, Tissue::inclusion, Held::border, 10.0, {1.0, 1.0, 1.0}));
+    for (const std::array<double, 3>& sides : {std::array{1.0, 1.0, 5.0},
+                                               {1.0, 10.0, 1.0},
+                                               {6.0, 1.0, 1.0},
+                                               {1.0, 6.0, 6.0},
+                                               {1.0, 3.0, 9.0},
+                                               {2.5, 1.0, 1.5}}) {
+      const double left = left_after(steps, box_level(extent, Tissue::inclusion, Held::border, 10.0, sides));
+      EXPECT_LT(left, 30.0 * of_cubes + 1e-5)
+          << extent.text() << " of " << fmt::format("{}", fmt::join(sides, " x ")) << ", cubes " << of_cubes;
+      fmt::print("{} {} {:.3g} of cubes {:.3g}\n", extent.text(), fmt::join(sides, " x "), left, of_cubes);
+    }
+  }
+}
+
 /// Springs are what they are to the tissue of a site, whatever its sides.
 TEST(ElasticBoxes, SpringsPullThemAsTheyPullFiniteElements) {
   for (const Extent extent : {Extent{21, 18}, {7, 8, 6}}) {

@@ -80,8 +80,15 @@ ElasticCase elastic_case(Extent extent, Tissue tissue, Held held, double contras
                          std::uint64_t seed) {
   const ElasticModel model{poisson, seed % 2 == 0 ? Integration::full : Integration::selective_reduced};
   Level level = elastic_level(extent, tissue, held, contrast, seed);
-  if (seed % 3 == 0) { // rectangles or boxes
-    level.sides = {1.5, 1.0, extent.axes() == 3 ? 1.0 + 0.5 * static_cast<double>(seed % 5) : 1.0};
+  if (seed % 3 == 0) { // rectangles or boxes, whose levels are halved along all axes or along some
+    constexpr std::array<std::array<double, 3>, 6> sides{{{1.5, 1.0, 1.0},
+                                                          {1.0, 4.0, 3.5},
+                                                          {1.0, 1.0, 5.0},
+                                                          {5.0, 1.0, 1.2},
+                                                          {3.0, 6.0, 1.0},
+                                                          {1.0, 2.5, 1.0}}};
+    level.sides = sides[seed / 3 % sides.size()];
+    level.sides[2] = extent.axes() == 3 ? level.sides[2] : 1.0;
   }
   return {fmt::format("elastic_level({{{}, {}, {}}}, Tissue({}), Held({}), {}, {}), {{{}, Integration({})}}, "
                       "sides {}",

@@ -74,7 +74,7 @@ TEST_F(RankProgram, WritesTheFileOfOneProcessByteForByte) {
 
 TEST_F(RankProgram, VolumesAreThoseOfOneProcess) {
   const fs::path loads = folder_.write(
-      "loads.toml", "energy = \"elastic\"\nsize = [17, 13, 25]\nspacing = [1.0, 1.0, 2.0]\n[[shape]]\n"
+      "loads.toml", "energy = \"elastic\"\nsize = [17, 13, 25]\nspacing = [1.0, 1.0, 5.0]\n[[shape]]\n"
                     "kind = \"everything\"\nlabel = 1\n[[tissue]]\nlabel = 1\nmodulus = 0.003\ngray = 9\n"
                     "density = 1000\n[[condition]]\nwhere = \"front\"\ndx = 0\ndy = 0\ndz = 0\n"
                     "[[load]]\ngravity = [2.0, 0.0, 9.81]\n");

@@ -94,7 +94,8 @@ TEST(Shaders, AreStrictGlsl) {
                                  .has_load = step % 2 == 0,
                                  .is_image = is_image,
                                  .has_masked = !is_image,
-                                 .has_boxes = step % 2 == 0};
+                                 .has_boxes = step % 2 == 0,
+                                 .halved = step % 3 == 0 ? 3 : 7};
       for (const std::size_t axes : {2, 3}) {
         texts.emplace_back("elastic.frag", gl::elastic_fragment_text(kernel, axes));
         kinds.push_back({.kernel = Kernel::elastic,
@@ -106,7 +107,8 @@ TEST(Shaders, AreStrictGlsl) {
                                        {"LANES", 16},
                                        {"ROWS", 4},
                                        {"COLUMNS", 2},
-                                       {"BOXES", step % 2 == 0}},
+                                       {"BOXES", step % 2 == 0},
+                                       {"HALVED", step % 3 == 0 ? 3 : 7}},
                          .axes = axes});
       }
     }

@@ -21,8 +21,7 @@ public:
 
   /// Both must outlive this object.
   ElasticAnswers(const ElasticHierarchy& hierarchy, const ElasticFields& fields)
-      : hierarchy_(hierarchy), fields_(fields), axes_(hierarchy.levels.front().grid.axes()),
-        boxes_(hierarchy.ratio.has_boxes()), ratio_(hierarchy.ratio.template as<Scalar>()) {}
+      : hierarchy_(hierarchy), fields_(fields), axes_(hierarchy.levels.front().grid.axes()) {}
 
   /// What a step makes of site (x, y, z) of level made_on().
   [[nodiscard]] Answer of(const MethodStep& step, int x, int y, int z) const {
@@ -66,21 +65,27 @@ public:
   template <typename Fine>
   [[nodiscard]] Answer restricted(int level, int x, int y, int z, const Fine& fine) const {
     const Extent sites = grid(level).sites;
+    const Stride& stride = level_at(level + 1).stride;
     const auto inside = [&](int i, int j, int k) {
       const bool is_inside =
           i >= 0 && j >= 0 && k >= 0 && i < sites.width && j < sites.height && k < sites.depth;
       return is_inside ? fine(i, j, k) : Answer{};
     };
-    const auto along = [&](const auto& of) { // three beside each other
+    const auto along = [&](std::size_t side, const auto& of) { // three beside each other, or one
+      if (stride[side] == 1) {
+        return of(0);
+      }
       const std::array<Answer, 3> three{of(-1), of(0), of(1)};
       return of_axes([&](std::size_t axis) {
         return Arithmetic::restricted(three[0][axis], three[1][axis], three[2][axis]);
       });
     };
     const auto plane = [&](int k) {
-      return along([&](int j) { return along([&](int i) { return inside(2 * x + i, 2 * y + j, k); }); });
+      return along(1, [&](int j) {
+        return along(0, [&](int i) { return inside(stride[0] * x + i, stride[1] * y + j, k); });
+      });
     };
-    return axes_ == 2 ? plane(0) : along([&](int k) { return plane(2 * z + k); });
+    return axes_ == 2 ? plane(0) : along(2, [&](int k) { return plane(stride[2] * z + k); });
   }
   [[nodiscard]] Scalar dot(ElasticField first, ElasticField second) const {
     Extent extent = grid(0).sites;
@@ -173,7 +178,7 @@ private:
         return force_of_masked(here.masked, i, corner, site);
       }
     }
-    if (boxes_) {
+    if (here.ratio.has_boxes()) {
       return axes_ == 2 ? force_by_moments<Elastic<Scalar, true>>(here, at, corner, site)
                         : force_by_moments<ElasticVolume<Scalar, true>>(here, at, corner, site);
     }
@@ -188,7 +193,7 @@ private:
       return Cells::corners_of([&](std::size_t of) { return site(axis, of); });
     };
     Answer answer{};
-    Cells::for_each_force(level.template cell<Cells>(at), displacement, ratio_,
+    Cells::for_each_force(level.template cell<Cells>(at), displacement, level.ratio.template as<Scalar>(),
                           [&](std::size_t axis, std::size_t of, const Scalar& force) {
                             answer[axis] = of == corner ? force : answer[axis];
                           });
@@ -268,7 +273,8 @@ private:
   [[nodiscard]] Answer corrected(int level, const Answer& before, int x, int y, int z) const {
     const RingedGrid& coarse = grid(level + 1);
     const std::size_t at = grid(level).index(x, y, z);
-    const std::size_t first = coarse.index(x / 2, y / 2, z / 2);
+    const Stride& stride = level_at(level + 1).stride;
+    const std::size_t first = coarse.index(x / stride[0], y / stride[1], z / stride[2]);
     Answer result = before;
     for (std::size_t axis = 0; axis < axes_; ++axis) {
       const std::vector<float>& values = fields_.at(level + 1, ElasticField::correction)[axis];
@@ -276,7 +282,7 @@ private:
       std::size_t count = 0;
       for (std::size_t corner = 0; corner < std::size_t{1} << axes_; ++corner) {
         const auto bit = [&](std::size_t along) { return static_cast<int>(corner >> along & 1); };
-        if (bit(0) <= x % 2 && bit(1) <= y % 2 && bit(2) <= z % 2) {
+        if (bit(0) <= x % stride[0] && bit(1) <= y % stride[1] && bit(2) <= z % stride[2]) {
           around[count++] = Scalar(values[first + coarse.to_corner(corner)]);
         }
       }
@@ -297,8 +303,6 @@ private:
   const ElasticHierarchy& hierarchy_;
   const ElasticFields& fields_;
   std::size_t axes_;
-  bool boxes_;
-  ElasticRatios<Scalar> ratio_;
 };
 
 } // namespace hdmbench

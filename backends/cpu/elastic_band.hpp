@@ -129,7 +129,7 @@ private:
 class ElasticBand {
 public:
   ElasticBand(const ElasticRows& rows, const ElasticHierarchy& hierarchy, const MixedCells& mixed)
-      : rows_(&rows), mixed_(&mixed), ratio_(hierarchy.ratio), axes_(hierarchy.levels.front().grid.axes()),
+      : rows_(&rows), mixed_(&mixed), axes_(hierarchy.levels.front().grid.axes()),
         pitch_(hierarchy.levels.front().grid.pitch + 2 * RingedGrid::margin),
         lines_(axes_ * line_count * pitch_), made_((axes_ == 3 ? 24 : 5) * pitch_),
         plane_(static_cast<std::size_t>(Planes(hierarchy.levels.front().grid).rows) * pitch_) {}
@@ -197,10 +197,13 @@ public:
   /// three. `prescribed` is null where no component can be.
   template <typename Rows>
   void restrict_rows(const ElasticLevel& fine, const ResponseRows* prescribed, Band band,
-                     const RingedGrid& coarse, RingedField& load, const Rows& rows) {
+                     const ElasticLevel& coarser, RingedField& load, const Rows& rows) {
+    const RingedGrid& coarse = coarser.grid;
     const Planes from(fine.grid);
     const Planes to(coarse);
     const int width = coarse.sites.width;
+    const bool halves_rows = axes_ == 3 && coarser.stride[1] == 2;
+    const bool halves_planes = coarser.stride[axes_ - 1] == 2;
     const auto restricted_plane = [&](int plane) {
       return static_cast<PlaneBuffer>(restricted_planes + (plane + 3) % 3);
     };
@@ -224,14 +227,20 @@ public:
                line_of(restricted_plane(2 * plane + 1), row), row_of(coarse, load, to.index(row, plane)));
       }
     };
-    for (int plane = 0; plane < 3; ++plane) {
+    // What a plane is along rows and columns: a part of a coarse plane, or all of it.
+    const auto in_plane = [&](int row, int plane) {
+      return halves_planes ? line_of(restricted_plane(plane), row)
+                           : row_of(coarse, load, to.index(row, plane));
+    };
+    for (int plane = 0; halves_planes && plane < 3; ++plane) {
       clear_plane(plane);
     }
     const ElasticRow padded = line(padded_line);
     clear(padded); // beyond the width it stays 0
-    const Band fine_planes{std::max(2 * band.first - 1, 0), std::min(2 * band.last, from.count)};
+    const Band fine_planes =
+        halves_planes ? Band{std::max(2 * band.first - 1, 0), std::min(2 * band.last, from.count)} : band;
     rows(fine_planes, [&](int row, int plane, ConstElasticRow residual) {
-      const ElasticRow along = axes_ == 2 ? line_of(restricted_plane(plane), 0) : restricted_row(row);
+      const ElasticRow along = halves_rows ? restricted_row(row) : in_plane(row, plane);
       // One after the other: what has just been written is slow to read.
       each_axis(axes_, [&](std::size_t axis) {
         std::copy_n(residual.of[axis], fine.grid.sites.width, padded.of[axis]);
@@ -240,13 +249,18 @@ public:
         rows_->keep_free(fine.grid.sites.width, straight_of(*prescribed, axis, from.index(row, plane)),
                          padded.of[axis]);
       });
-      each_axis(axes_,
-                [&](std::size_t axis) { rows_->restrict_along(width, padded.of[axis], along.of[axis]); });
+      each_axis(axes_, [&](std::size_t axis) {
+        if (coarser.stride[0] == 2) {
+          rows_->restrict_along(width, padded.of[axis], along.of[axis]);
+        } else {
+          std::copy_n(padded.of[axis], width, along.of[axis]);
+        }
+      });
       const bool ends = row + 1 == from.rows;
-      if (axes_ == 3) {
+      if (halves_rows) {
         const auto complete = [&](int coarse_row) {
           across(restricted_row(2 * coarse_row - 1), restricted_row(2 * coarse_row),
-                 restricted_row(2 * coarse_row + 1), line_of(restricted_plane(plane), coarse_row));
+                 restricted_row(2 * coarse_row + 1), in_plane(coarse_row, plane));
         };
         if (row == 0) {
           clear(restricted_row(-1));
@@ -262,11 +276,12 @@ public:
           complete((row + 1) / 2);
         }
       }
-      if (plane % 2 != 0 && plane / 2 >= band.first && ends) {
+      if (halves_planes && plane % 2 != 0 && plane / 2 >= band.first && ends) {
         write_coarse(plane / 2);
       }
     });
-    for (int plane = from.count / 2; plane < band.last; ++plane) { // those whose plane 2 Z + 1 is not there
+    for (int plane = from.count / 2; halves_planes && plane < band.last;
+         ++plane) { // those whose plane 2 Z + 1 is not there
       clear_plane(2 * plane + 1);
       if (2 * plane >= from.count) {
         clear_plane(2 * plane);
@@ -368,7 +383,7 @@ private:
                      const std::array<ConstElasticRow, 2 << (axes - 2)>& sites,
                      const std::array<ElasticRow, 2 << (axes - 2)>& on_rows) {
     const std::size_t at = level.grid.index(0, y, z);
-    const auto& rows = rows_->cells<axes>(ratio_.has_boxes());
+    const auto& rows = rows_->cells<axes>(level.ratio.has_boxes());
     openmp::CellRow<axes> row;
     const bool by_moduli = level.moments.size() == 1;
     for (std::size_t i = 0; i < (by_moduli ? sites.size() : level.moments.size()); ++i) {
@@ -376,7 +391,7 @@ private:
                                  : level.moments[i].data() + at;
     }
     std::ranges::copy(sites, row.sites);
-    row.ratio = ratio_;
+    row.ratio = level.ratio;
     row.bend = level.bend;
     row.cells = level.grid.sites.width - 1;
     for (std::size_t i = 0; i < std::size(row.made); ++i) {
@@ -420,7 +435,6 @@ private:
 
   const ElasticRows* rows_;
   const MixedCells* mixed_;
-  ElasticRatios<float> ratio_;
   std::size_t axes_;
   std::size_t pitch_;
   std::vector<float> lines_;

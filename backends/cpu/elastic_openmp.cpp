@@ -146,10 +146,10 @@ private:
   void restrict_field(const MethodStep& step) {
     const ElasticLevel& here = level_at(step.level);
     const RingedField& values = fields_.at(step.level, step.from);
-    const RingedGrid& coarse = grid(step.level + 1);
+    const ElasticLevel& coarse = level_at(step.level + 1);
     const Planes planes(here.grid);
     RingedField& load = fields_.at(step.level + 1, ElasticField::load);
-    in_bands(Planes(coarse).count, here.grid.sites, [&](Band band, ElasticBand& work) {
+    in_bands(Planes(coarse.grid).count, here.grid.sites, [&](Band band, ElasticBand& work) {
       work.restrict_rows(here, prescribed(step.level), band, coarse, load, [&](Band fine, const auto& use) {
         if (step.kind == MethodStep::Kind::restrict_residual) {
           work.residuals(here, values, load_of(step.level, step.from), fine, false, use);
@@ -250,6 +250,7 @@ private:
     const bool from_zero = step.kind == MethodStep::Kind::interpolate;
     const ElasticLevel& here = level_at(level);
     const RingedGrid& coarse = grid(level + 1);
+    const Stride& stride = level_at(level + 1).stride;
     const ResponseRows* const fixed = prescribed(level);
     const int width = here.grid.sites.width;
     const RingedField& correction = fields_.at(level + 1, ElasticField::correction);
@@ -259,16 +260,18 @@ private:
       each_axis(here.grid.axes(), [&](std::size_t axis) {
         const float* between[4] = {};
         int rows = 0;
-        for (int plane = 0; plane <= z % 2; ++plane) {
-          for (int row = 0; row <= y % 2; ++row) {
-            between[rows++] = correction[axis].data() + coarse.index(0, y / 2 + row, z / 2 + plane);
+        for (int plane = 0; plane <= z % stride[2]; ++plane) {
+          for (int row = 0; row <= y % stride[1]; ++row) {
+            between[rows++] =
+                correction[axis].data() + coarse.index(0, y / stride[1] + row, z / stride[2] + plane);
           }
         }
         float* const to = values[axis].data() + at;
         if (from_zero) {
           std::fill_n(to, width, 0.0F);
         }
-        rows_.correct(width, rows, between, fixed != nullptr ? straight_of(*fixed, axis, at) : nullptr, to);
+        rows_.correct(width, stride[0], rows, between,
+                      fixed != nullptr ? straight_of(*fixed, axis, at) : nullptr, to);
       });
     });
   }

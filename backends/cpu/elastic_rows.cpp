@@ -252,8 +252,25 @@ HDM_FUNCTION float where_free(float straight, float corrected, float value) {
   return straight > 0.0F ? corrected : value;
 }
 
+/// Where coarse sites lie as fine ones do.
 template <int rows>
-HDM_FUNCTION void correct_row(int sites, const float* const* given, const float* straight, float* values) {
+HDM_FUNCTION void correct_row_of_same(int sites, const float* const* given, const float* straight,
+                                      float* values) {
+  const float* const coarse[4] = {given[0], given[1], given[2], given[3]};
+#pragma omp simd
+  for (int i = 0; i < sites; ++i) {
+    const float corrected = even_site<rows>(coarse, values[i], i);
+    values[i] = straight == nullptr ? corrected : where_free(straight[i], corrected, values[i]);
+  }
+}
+
+template <int rows>
+HDM_FUNCTION void correct_row(int sites, int stride, const float* const* given, const float* straight,
+                              float* values) {
+  if (stride == 1) {
+    correct_row_of_same<rows>(sites, given, straight, values);
+    return;
+  }
   const float* const coarse[4] = {given[0], given[1], given[2], given[3]};
   if (straight == nullptr) {
 #pragma omp simd
@@ -274,14 +291,14 @@ HDM_FUNCTION void correct_row(int sites, const float* const* given, const float*
   }
 }
 
-void correct(int fine_sites, int coarse_rows, const float* const* coarse, const float* straight,
+void correct(int fine_sites, int stride, int coarse_rows, const float* const* coarse, const float* straight,
              float* values) {
   if (coarse_rows == 1) {
-    correct_row<1>(fine_sites, coarse, straight, values);
+    correct_row<1>(fine_sites, stride, coarse, straight, values);
   } else if (coarse_rows == 2) {
-    correct_row<2>(fine_sites, coarse, straight, values);
+    correct_row<2>(fine_sites, stride, coarse, straight, values);
   } else {
-    correct_row<4>(fine_sites, coarse, straight, values);
+    correct_row<4>(fine_sites, stride, coarse, straight, values);
   }
 }
 

@@ -87,9 +87,9 @@ struct ElasticRows {
   void (*restrict_along)(int sites, const float* fine, float* to);
   void (*restrict_across)(int sites, const float* before, const float* at, const float* after, float* to);
   /// In place; `straight` is null where every component may move. The fine row is the first coarse one, or
-  /// lies between 2 or 4 of them.
-  void (*correct)(int fine_sites, int coarse_rows, const float* const* coarse, const float* straight,
-                  float* values);
+  /// lies between 2 or 4 of them, whose sites are `stride` fine ones apart.
+  void (*correct)(int fine_sites, int stride, int coarse_rows, const float* const* coarse,
+                  const float* straight, float* values);
   void (*advance)(int count, const float* value, float factor, const float* direction, float* to);
   /// Sums of the products of 2 x 2 sites, in a volume of 2 x 2 x 2; the second row and the second plane lie
   /// so far behind the first.

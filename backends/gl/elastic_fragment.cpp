@@ -273,9 +273,11 @@ std::unique_ptr<ElasticSession> make_elastic_fragment(std::string name, std::uni
 std::string elastic_fragment_text(const ElasticKernel& kernel, std::size_t axes) {
   return assemble(sources::elastic_fragment,
                   fmt::format("#define STEP {:d}\n#define HAS_LOAD {:d}\n#define IS_IMAGE {:d}\n"
-                              "#define HAS_MASKED {:d}\n#define BOXES {:d}\n#define HDM_AXES {}\n",
+                              "#define HAS_MASKED {:d}\n#define BOXES {:d}\n#define HDM_AXES {}\n"
+                              "#define HALVED_X {}\n#define HALVED_Y {}\n#define HALVED_Z {}\n",
                               static_cast<int>(kernel.step), kernel.has_load, kernel.is_image,
-                              kernel.has_masked, kernel.has_boxes, axes));
+                              kernel.has_masked, kernel.has_boxes, axes, kernel.halved & 1,
+                              kernel.halved >> 1 & 1, kernel.halved >> 2));
 }
 
 } // namespace hdmbench::gl

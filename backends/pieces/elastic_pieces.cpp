@@ -49,7 +49,7 @@ MaskedCells part_of(const MaskedCells& from, const Box& part, Extent cells) {
 /// The sites `part` of a level and the cells between them. A new member has to be named here, or this does
 /// not compile.
 ElasticLevel part_of(const ElasticLevel& level, const Box& part) {
-  const auto& [whole, moments, bend, response, masked] = level;
+  const auto& [whole, ratio, stride, moments, bend, response, masked] = level;
   const RingedGrid grid(part.extent());
   const auto cut = [&](const std::vector<std::vector<float>>& arrays, Extent extent) {
     std::vector<std::vector<float>> parts;
@@ -60,6 +60,8 @@ ElasticLevel part_of(const ElasticLevel& level, const Box& part) {
   };
   const bool has_site_moduli = moments.size() == 1; // of the image of a volume
   return {.grid = grid,
+          .ratio = ratio,
+          .stride = stride,
           .moments = cut(moments, has_site_moduli ? part.extent() : grid.cells()),
           .bend = bend,
           .response = cut(response, part.extent()),
@@ -249,8 +251,8 @@ void ElasticPieces::do_end() {
 ElasticHierarchy ElasticPieces::piece_of(const ElasticHierarchy& whole, std::size_t piece) const {
   const std::size_t axes = whole.levels.front().grid.axes();
   const Extent least{2, 2, axes == 3 ? 2 : 1};
-  const auto& [ratio, levels, inverse] = whole;
-  ElasticHierarchy part{.ratio = ratio, .levels = {}, .coarsest_inverse = {}};
+  const auto& [levels, inverse] = whole;
+  ElasticHierarchy part{.levels = {}, .coarsest_inverse = {}};
   part.coarsest_inverse.assign(axes * least.sites() * axes * least.sites(), 0.0F);
   for (int level = 0; level <= share_.cut_levels(); ++level) {
     part.levels.push_back(
@@ -262,8 +264,8 @@ ElasticHierarchy ElasticPieces::piece_of(const ElasticHierarchy& whole, std::siz
 
 /// Nothing is asked of cut levels, so each is as small as the first one that is not cut.
 ElasticHierarchy ElasticPieces::coarse_of(const ElasticHierarchy& whole) const {
-  const auto& [ratio, levels, inverse] = whole;
-  ElasticHierarchy part{.ratio = ratio, .levels = {}, .coarsest_inverse = inverse};
+  const auto& [levels, inverse] = whole;
+  ElasticHierarchy part{.levels = {}, .coarsest_inverse = inverse};
   const auto first = levels.begin() + share_.cut_levels();
   for (auto level = levels.begin(); level != first; ++level) {
     part.levels.push_back(part_of(*level, all_of(first->grid.sites)));

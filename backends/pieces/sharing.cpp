@@ -7,24 +7,36 @@ namespace hdmbench {
 
 namespace {
 
-/// Coarse site i is fine site 2^level i; the end of the image is the end of its levels.
-Box on_level(const Box& part, Extent image, int level, Extent sites) {
+/// How often an axis of the image was halved down to a level. Where it has so few sites that one cannot tell
+/// it is not cut, and nobody asks.
+int halvings(std::span<const Extent> levels, int level, std::size_t axis) {
+  int count = 0;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(level); ++i) {
+    count += levels[i].sides()[axis] != levels[i + 1].sides()[axis] ? 1 : 0;
+  }
+  return count;
+}
+
+/// Coarse site i is fine site 2^halvings i; the end of the image is the end of its levels.
+Box on_level(const Box& part, std::span<const Extent> levels, int level) {
   Box box;
   for (std::size_t axis = 0; axis < 3; ++axis) {
-    box.first[axis] = part.first[axis] >> level;
-    box.end[axis] =
-        part.end[axis] == image.sides()[axis] ? sites.sides()[axis] : ((part.end[axis] - 1) >> level) + 1;
+    const int halved = halvings(levels, level, axis);
+    box.first[axis] = part.first[axis] >> halved;
+    box.end[axis] = part.end[axis] == levels.front().sides()[axis]
+                        ? levels[static_cast<std::size_t>(level)].sides()[axis]
+                        : ((part.end[axis] - 1) >> halved) + 1;
   }
   return box;
 }
 
-/// The cut of the image on another level.
-LevelShare on_level(const Cut& image_cut, Extent image, int level, Extent sites, int places) {
+/// The cut of the image on another level. Along axes that were halved less often pieces have a wider halo
+/// than is said here: what holds for `halo` sites there holds for as many as these were.
+LevelShare on_level(const Cut& image_cut, std::span<const Extent> levels, int level, int places) {
   Cut cut = image_cut;
   cut.halo >>= level;
   for (Piece& piece : cut.pieces) {
-    piece = {.owned = on_level(piece.owned, image, level, sites),
-             .loaded = on_level(piece.loaded, image, level, sites)};
+    piece = {.owned = on_level(piece.owned, levels, level), .loaded = on_level(piece.loaded, levels, level)};
   }
   return share_of(std::move(cut), places);
 }
@@ -104,8 +116,7 @@ ElasticShare Sharing::elastic(std::vector<Extent> levels) const {
       }
       const Cut cut = elastic_cut(image, count, cut_levels, halo > 0 ? halo : usual_halo);
       for (int level = 0; level <= cut_levels && !cut.pieces.empty(); ++level) {
-        share.shares.push_back(
-            on_level(cut, image, level, share.levels[static_cast<std::size_t>(level)], ranks));
+        share.shares.push_back(on_level(cut, share.levels, level, ranks));
       }
       if (!share.shares.empty()) {
         return share;

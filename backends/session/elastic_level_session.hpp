@@ -74,18 +74,20 @@ public:
            .is_image = is_image,
            .has_masked = has_masked(level)},
           from, has_load ? load : from, spare(level));
-      run({.step = ElasticStep::restrict_sites}, spare(level), spare(level),
+      run({.step = ElasticStep::restrict_sites, .halved = halved(level)}, spare(level), spare(level),
           array(level + 1, ElasticField::load));
       break;
     case MethodStep::Kind::restrict_load:
-      run({.step = ElasticStep::restrict_sites, .is_image = is_volume_ || is_image}, load, load,
-          array(level + 1, ElasticField::load));
+      run({.step = ElasticStep::restrict_sites, .is_image = is_volume_ || is_image, .halved = halved(level)},
+          load, load, array(level + 1, ElasticField::load));
       break;
     case MethodStep::Kind::interpolate:
-      replace(step, {.step = ElasticStep::interpolate, .is_image = is_image}, from, correction());
+      replace(step, {.step = ElasticStep::interpolate, .is_image = is_image, .halved = halved(level)}, from,
+              correction());
       break;
     case MethodStep::Kind::correct:
-      replace(step, {.step = ElasticStep::correct, .is_image = is_image}, from, correction());
+      replace(step, {.step = ElasticStep::correct, .is_image = is_image, .halved = halved(level)}, from,
+              correction());
       break;
     case MethodStep::Kind::solve_coarsest:
       replace(step, {.step = ElasticStep::solve}, load, load);
@@ -126,6 +128,10 @@ private:
     slots_.assign(hierarchy.levels.size(), initial_slots);
     calls_.clear();
     coarse_ = 1;
+    for (int level = 2; level < levels();
+         ++level) { // those that are taken together are halved along all axes
+      coarse_ = halved(level - 1) == 7 ? coarse_ : level;
+    }
     while (coarse_ < levels() && coarse_size() > most_coarse) {
       ++coarse_;
     }
@@ -153,8 +159,13 @@ private:
   }
   [[nodiscard]] int levels() const { return static_cast<int>(slots_.size()); }
   [[nodiscard]] bool has_masked(int level) const { return !level_at(level).masked.empty(); }
-  [[nodiscard]] std::array<float, 3> law() const {
-    const ElasticRatios<float>& ratio = hierarchy().ratio;
+  /// ElasticKernel::halved of the step from a level to the next coarser one.
+  [[nodiscard]] int halved(int level) const {
+    const Stride& stride = level_at(level + 1).stride;
+    return (stride[0] - 1) | (stride[1] - 1) << 1 | (stride[2] - 1) << 2;
+  }
+  [[nodiscard]] std::array<float, 3> law(int level) const {
+    const ElasticRatios<float>& ratio = level_at(level).ratio;
     return is_volume_ ? std::array{ratio.lame, ratio.y, ratio.z} : std::array{ratio.nu, ratio.shear, ratio.y};
   }
 
@@ -171,7 +182,7 @@ private:
   void run(ElasticKernel kernel, ElasticArray from, ElasticArray second, ElasticArray to, Extent from_sites,
            Extent sites, float factor = 0.0F) const {
     const bool has_cells = kernel.step == ElasticStep::relax || kernel.step == ElasticStep::residual;
-    kernel.has_boxes = has_cells && hierarchy().ratio.has_boxes();
+    kernel.has_boxes = has_cells && level_at(from.level).ratio.has_boxes();
     const auto place = [](const ElasticLayout::Part& part, Extent extent) {
       return ElasticParameters::Place{.width = extent.width,
                                       .height = extent.height,
@@ -180,7 +191,7 @@ private:
                                       .pitch = static_cast<std::int32_t>(part.pitch),
                                       .layer = static_cast<std::int32_t>(part.layer)};
     };
-    const ElasticParameters parameters{.law = law(),
+    const ElasticParameters parameters{.law = law(from.level),
                                        .plane = static_cast<std::int32_t>(layout_.size),
                                        .moments_from = static_cast<std::int32_t>(layout_.moments_from()),
                                        .factor = factor,
@@ -230,7 +241,7 @@ private:
   }
   [[nodiscard]] ElasticTogether together(std::span<const ElasticCall> calls) const {
     const ElasticLayout::Part& finest = layout_.levels[static_cast<std::size_t>(coarse_)];
-    ElasticTogether coarse{.law = law(),
+    ElasticTogether coarse{.law = law(coarse_),
                            .plane = static_cast<std::int32_t>(layout_.size),
                            .moments_from = static_cast<std::int32_t>(layout_.moments_from()),
                            .base = static_cast<std::int32_t>(coarse_base()),

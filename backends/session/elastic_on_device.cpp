@@ -110,7 +110,7 @@ public:
       slots_ = {};
     }
     layout_ = layout;
-    has_boxes_ = hierarchy.ratio.has_boxes();
+    has_boxes_ = hierarchy.levels.front().ratio.has_boxes(); // then maybe of coarse levels, too
     const auto size = static_cast<std::size_t>(layout.size);
     Commands zeros;
     for (std::size_t i = 0; i < slots_.size(); ++i) {
@@ -316,6 +316,8 @@ private:
   /// With the arrays that do not change.
   Dispatch dispatch_of(const ElasticKernel& kernel, bool by_list, bool is_together) {
     const ElasticShape items = shape(is_together);
+    // Kernels know the rows of an image as planes.
+    const int halved = axes_ == 3 ? kernel.halved : (kernel.halved & 3) | (kernel.halved & 2) << 1;
     // In the order of elastic.comp's constants.
     Dispatch dispatch{.program = &programs_({.kernel = Kernel::elastic,
                                              .constants = {{"TOGETHER", is_together ? 1 : 0},
@@ -326,7 +328,8 @@ private:
                                                            {"LANES", items.lanes},
                                                            {"ROWS", items.rows},
                                                            {"COLUMNS", items.columns},
-                                                           {"BOXES", kernel.has_boxes ? 1 : 0}},
+                                                           {"BOXES", kernel.has_boxes ? 1 : 0},
+                                                           {"HALVED", halved}},
                                              .axes = axes_})};
     std::ranges::transform(fixed_, dispatch.arrays.begin(), [](const auto& array) { return array.get(); });
     return dispatch;

@@ -99,6 +99,9 @@ struct ElasticKernel {
   bool is_image = false;
   bool has_masked = false; ///< relax, residual: the level has masked cells
   bool has_boxes = false;  ///< relax, residual: cells are no squares or cubes
+  /// restrict_sites, interpolate, correct: the axes along which the coarser level's Stride is 2, x in the
+  /// lowest bit; of an image the third is set.
+  int halved = 7;
 
   auto operator<=>(const ElasticKernel&) const = default;
 };

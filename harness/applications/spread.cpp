@@ -79,7 +79,7 @@ private:
     cell.modulus = ScalarField(cell.extent, 1.0F);
     const ElasticHierarchy hierarchy = make_elastic_hierarchy(cell, model, Springs::none);
     const ElasticLevel& image = hierarchy.levels.front();
-    const CellMatrix matrix = cell_matrix(image, image.grid.index(0, 0), hierarchy);
+    const CellMatrix matrix = cell_matrix(image, image.grid.index(0, 0));
     const double unit = force_unit(cell, model.poisson);
     std::vector<double> values(matrix.components * matrix.components);
     std::transform(matrix.values.begin(), matrix.values.begin() + static_cast<std::ptrdiff_t>(values.size()),

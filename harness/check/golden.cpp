@@ -72,12 +72,14 @@ private:
 /// Of all that an elastic session is loaded with.
 std::uint64_t hierarchy_hash(const ElasticHierarchy& hierarchy) {
   StateHash hash;
-  hash.add(hierarchy.ratio.nu);
-  if (hierarchy.ratio.has_boxes()) {
-    hash.add(hierarchy.ratio.y);
-    hash.add(hierarchy.ratio.z);
-  }
+  hash.add(hierarchy.levels.front().ratio.nu);
+  ElasticRatios<float> finer{}; // hashes in golden files are older than cells of other forms on coarse levels
   for (const ElasticLevel& level : hierarchy.levels) {
+    if (level.ratio.y != finer.y || level.ratio.z != finer.z) {
+      hash.add(level.ratio.y);
+      hash.add(level.ratio.z);
+    }
+    finer = level.ratio;
     hash.add(level.grid.sites);
     if (level.bend != 1.0F) { // hashes in golden files are older
       hash.add(level.bend);

@@ -1,5 +1,5 @@
 // Steps of the elastic energy (elastic_sites.h) as OpenCL C 1.2: numbers of a site are planes of one each. The host supplies
-// HDM_AXES, STEP, HAS_LOAD, IS_IMAGE, BY_LIST, LANES, ROWS, COLUMNS, BOXES and TOGETHER.
+// HDM_AXES, STEP, HAS_LOAD, IS_IMAGE, BY_LIST, LANES, ROWS, COLUMNS, BOXES, HALVED and TOGETHER.
 
 #include "language.cl"
 #include "elastic_steps.h"

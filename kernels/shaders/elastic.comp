@@ -20,6 +20,7 @@ layout(local_size_x_id = 5) in;
 layout(constant_id = 6) const int ROWS = 1;
 layout(constant_id = 7) const int COLUMNS = 1;
 layout(constant_id = 8) const int BOXES = 0;
+layout(constant_id = 9) const int HALVED = 7;
 const int LANES = int(gl_WorkGroupSize.x);
 layout(push_constant) uniform Told { int told[32]; };
 #define samplerBuffer textureBuffer

@@ -36,6 +36,9 @@ uniform vec4 numbers;              // factor; 0
 #include "elastic.glsl"
 #endif
 
+// How many sites of the finer level lead from one of the coarser level to the next.
+#define STRIDE Vector(1 + HALVED_X, 1 + HALVED_Y AND_Z(1 + HALVED_Z))
+
 // Component by component.
 Vector free_parts(Vector residual, Vector straight) {
   return Vector(free_part(residual.x, straight.x),
@@ -78,18 +81,26 @@ Vector restricted_three(Vector before, Vector at, Vector after) {
 }
 
 Vector restricted_row(Vector p) {
+#if HALVED_X == 0
+  return fine_at(p);
+#endif
   Vector apart = Vector(1.0, 0.0 AND_Z(0.0));
   return restricted_three(fine_at(p - apart), fine_at(p), fine_at(p + apart));
 }
 
 Vector restricted_plane(Vector p) {
+#if HALVED_Y == 0
+  return restricted_row(p);
+#endif
   Vector apart = Vector(0.0, 1.0 AND_Z(0.0));
   return restricted_three(restricted_row(p - apart), restricted_row(p), restricted_row(p + apart));
 }
 
 void main() {
-  Vector p = 2.0 * floor(site_drawn()) - Vector(0.5, 0.5 AND_Z(1.0)); // the texel of fine site 2 x, 2 y
-#if HDM_AXES > 2
+  Vector p = STRIDE * floor(site_drawn()) + Vector(1.5, 1.5 AND_Z(1.0)) - STRIDE; // the fine site of the coarse one
+#if HDM_AXES > 2 && HALVED_Z == 0
+  vec3 result = restricted_plane(p);
+#elif HDM_AXES > 2
   vec3 apart = vec3(0.0, 0.0, 1.0);
   vec3 result = restricted_three(restricted_plane(p - apart), restricted_plane(p), restricted_plane(p + apart));
 #else
@@ -102,13 +113,13 @@ void main() {
 void main() {
   Vector p = site_drawn();
   Vector site = floor(p) - 1.0;
-  Vector coarse = floor(0.5 * site);
+  Vector coarse = floor(site / STRIDE);
 #if STEP == ELASTIC_CORRECT
   Vector value = level_at(from, p).COMPONENTS;
 #else
   Vector value = Vector(0.0);
 #endif
-  Vector result = corrected_site(value, site - 2.0 * coarse, coarse + Vector(1.5, 1.5 AND_Z(1.0)));
+  Vector result = corrected_site(value, site - STRIDE * coarse, coarse + Vector(1.5, 1.5 AND_Z(1.0)));
 #if IS_IMAGE || HDM_AXES > 2
   Vector straight = straight_at(p);
   result = Vector(straight.x > 0.0 ? result.x : value.x,

@@ -3,7 +3,7 @@
 // row, and y is 0. The includer supplies the macros of the specification and
 //
 // - HDM_AXES: 2, an image, or 3, a volume.
-// - STEP, HAS_LOAD, IS_IMAGE, BY_LIST, BOXES: the numbers of an ElasticKernel.
+// - STEP, HAS_LOAD, IS_IMAGE, BY_LIST, BOXES, HALVED: the numbers of an ElasticKernel.
 // - COLUMNS, ROWS: the sites that a work item sweeps, side by side and along z.
 // - SITE_COLUMNS, SITE_ROWS: the same for the other steps.
 // - TOGETHER: not 0 where one work group does several steps, as ElasticTogether says.
@@ -43,20 +43,34 @@ HDM_FUNCTION Components restricted_three(Components before, Components at, Compo
   }
   return at;
 }
+// 1 along axes where the coarser level has every other site, else 0: it has all of them.
+#define HALVED_X (HALVED & 1)
+#define HALVED_Y (HALVED >> 1 & 1)
+#define HALVED_Z (HALVED >> 2 & 1)
 #define THREE(of, at, apart)                                                                                 \
   restricted_three(of(WITH_ARRAYS at - apart), of(WITH_ARRAYS at), of(WITH_ARRAYS at + apart))
 HDM_FUNCTION Components fine_line(ARRAYS int at) {
+  if (HALVED_X == 0) {
+    return fine_site(WITH_ARRAYS at);
+  }
   return THREE(fine_site, at, 1);
 }
 HDM_FUNCTION Components fine_plane(ARRAYS int at) {
 #if HDM_AXES == 3
+  if (HALVED_Y == 0) {
+    return fine_line(WITH_ARRAYS at);
+  }
   return THREE(fine_line, at, MY(from_place).pitch);
 #else
   return fine_line(WITH_ARRAYS at);
 #endif
 }
 HDM_FUNCTION Components restricted_site(ARRAYS int x, int y, int z) {
-  return THREE(fine_plane, AT(from_place, 2 * x, 2 * y, 2 * z), MY(from_place).layer);
+  int at = AT(from_place, x << HALVED_X, y << HALVED_Y, z << HALVED_Z);
+  if (HALVED_Z == 0) {
+    return fine_plane(WITH_ARRAYS at);
+  }
+  return THREE(fine_plane, at, MY(from_place).layer);
 }
 
 HDM_FUNCTION Components relaxed_from_zero(ARRAYS int x, int y, int z) {
@@ -81,9 +95,9 @@ HDM_FUNCTION Components advanced_site(ARRAYS int x, int y, int z) {
 // Some of the coarse sites around may be one.
 HDM_FUNCTION Components corrected_site(ARRAYS int x, int y, int z) {
   int at = AT(from_place, x, y, z);
-  int odd_x = x & 1, odd_y = y & 1, odd_z = z & 1;
+  int odd_x = x & HALVED_X, odd_y = y & HALVED_Y, odd_z = z & HALVED_Z;
   int odd = odd_x + odd_y + odd_z;
-  int coarse = AT(second_place, x >> 1, y >> 1, z >> 1);
+  int coarse = AT(second_place, x >> HALVED_X, y >> HALVED_Y, z >> HALVED_Z);
   Components around[CORNERS];
   EACH_CORNER{GET_SECOND(around[corner],
                          coarse + odd_x * ALONG_X(corner) + odd_y * ALONG_Y(corner) * MY(second_place).pitch +

@@ -269,11 +269,19 @@ std::vector<Fault> session_faults() {
                    })),
       in_hierarchy("elastic-poisson-ratio", "Poisson's ratio 0.01 too high",
                    [](ElasticHierarchy& hierarchy) {
-                     hierarchy.ratio.nu += 0.01F;
-                     hierarchy.ratio.lame += 0.05F;
+                     for (ElasticLevel& level : hierarchy.levels) {
+                       level.ratio.nu += 0.01F;
+                       level.ratio.lame += 0.05F;
+                     }
                    }),
       in_hierarchy("elastic-slope-factor", "slopes along y are 1 % too steep",
-                   [](ElasticHierarchy& hierarchy) { hierarchy.ratio.y *= 1.01F; }),
+                   [](ElasticHierarchy& hierarchy) { hierarchy.levels.front().ratio.y *= 1.01F; }),
+      in_hierarchy("elastic-slopes-of-the-image", "cells of all levels are as long as those of the image",
+                   [](ElasticHierarchy& hierarchy) {
+                     for (ElasticLevel& level : hierarchy.levels) {
+                       level.ratio = hierarchy.levels.front().ratio;
+                     }
+                   }),
       in_hierarchy("elastic-integration", "of a volume's divergence the mean over a cell counts alone",
                    [](ElasticHierarchy& hierarchy) { hierarchy.levels.front().bend = 0.0F; }),
       in_hierarchy("elastic-coarsest-column",

@@ -118,7 +118,7 @@ std::string elastic_name(const ProgramKind& kind) {
                                    {"BOXES", " of boxes"}}) {
     name += constant(kind, flag) != 0 ? says : "";
   }
-  return name;
+  return constant(kind, "HALVED") == 7 ? name : name + " of short sides";
 }
 
 GpuProgram described(const ProgramKind& kind, GpuTexts texts) {

@@ -233,7 +233,7 @@ Warnings diagnose(const Scene& scene, const Solution& solution, const std::optio
     may_end_here();
     std::ranges::move(diagnose(scene, solution), std::back_inserter(warnings));
   }
-  constexpr std::array of_methods{"no-estimate", "stalling-cycles", "long-pixels", "nearly-incompressible"};
+  constexpr std::array of_methods{"no-estimate", "stalling-cycles", "nearly-incompressible"};
   std::erase_if(warnings, [&](const Warning& warning) {
     return plan && (std::ranges::count(of_methods, warning.kind) > 0 ||
                     (plan->met && warning.kind == "not-converged"));

@@ -254,16 +254,9 @@ void check_rest_candidate(const Scene& scene, Warnings& warnings) {
 }
 
 /// Layers two pixels thin: from a ratio of 10,000 on, cycles leave pixels while they move nothing any more.
-/// Pixels 3 times as long as wide: a tenth of one (`circular`), voxels from 6 times on (`hdmbench atlas
-/// volume-elastic-boxes`).
 void check_elastic_cycles(const Scene& scene, Warnings& warnings) {
   if (scene.schedule.method != elastic_full_multigrid || has_laws(scene.full)) {
     return;
-  }
-  constexpr double most_times = 2.0; // as long as wide
-  if (const double ratio = std::ranges::max(scene.full.sides); ratio > most_times) {
-    warn(warnings, "long-pixels", std::nullopt, "pixel"_a = scene.extent().axes() == 3 ? "voxel" : "pixel",
-         "ratio"_a = ratio, "most"_a = most_times);
   }
   constexpr double most = 100.0;
   const auto [softest, stiffest] = std::ranges::minmax(scene.full.modulus.values);

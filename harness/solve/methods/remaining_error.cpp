@@ -29,8 +29,20 @@ void SmallestEigenvalue::add(double factor, double product) {
   value_ = std::max(solver.eigenvalues()[0], 1e-12);
 }
 
+namespace {
+
+/// Levels are made coarser along short sides first (stride_of()): what is left of the ratio then.
+double oblong_below(double longest_side) {
+  while (longest_side > 2.0) {
+    longest_side /= 2.0;
+  }
+  return longest_side;
+}
+
+} // namespace
+
 RemainingError::RemainingError(const Level& level)
-    : contrast_(contrast_of(level.modulus)), oblong_(std::ranges::max(level.sides)),
+    : contrast_(contrast_of(level.modulus)), oblong_(oblong_below(std::ranges::max(level.sides))),
       mistrust_(floating_part(level)), is_slender_(slenderness(level) > most_compact),
       is_free_(has_springs(level) && !free_motions(level).empty()) {
   if (!mistrust_.empty()) {

@@ -57,7 +57,7 @@ public:
   /// Why no estimate can be believed, whatever the steps; empty: it can.
   [[nodiscard]] const std::string& mistrust() const { return mistrust_; }
   [[nodiscard]] double contrast() const { return contrast_; }
-  /// The longest side of a pixel over the shortest.
+  /// The longest side of a cell over the shortest, on levels that are halved along all axes.
   [[nodiscard]] double oblong() const { return oblong_; }
   [[nodiscard]] bool is_known() const { return !moved_.empty(); }
 
@@ -132,11 +132,11 @@ private:
 };
 
 /// The same of cycles by themselves. They shrink by a share that tends to one of their own, so what is left
-/// is a geometric series. The first one tells less: the larger the contrast, and the longer the pixels are,
+/// is a geometric series. The first one tells less: the larger the contrast, and the longer the cells are,
 /// the more is left.
 class CyclesError {
 public:
-  /// `oblong`: the longest side of a pixel over the shortest; `rounding`: RMS that moves a field for ever,
+  /// `oblong`: RemainingError::oblong(); `rounding`: RMS that moves a field for ever,
   /// pixels.
   CyclesError(double contrast, double oblong, double rounding)
       : contrast_(contrast), oblong_(oblong), rounding_(rounding) {}

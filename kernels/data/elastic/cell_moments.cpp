@@ -61,6 +61,37 @@ HDM_FUNCTION void set_parent(const MomentsRow<float>& row, const MomentsRow<cons
   row.set(x, sum);
 }
 
+/// What the cells x and x + 1 of a row make, or x of two rows, `along_y`: what is along the other axis stays.
+HDM_FUNCTION InFloat::CellMoments joined(const InFloat::CellMoments& low, const InFloat::CellMoments& high,
+                                         bool along_y) {
+  const auto one = [](float l0, float h0, float l1, float h1)
+                       HDM_INLINED { return 0.5F * ((l1 - l0) + (h1 + h0)); };
+  const auto two = [](float l0, float h0, float l1, float h1, float l2, float h2)
+                       HDM_INLINED { return 0.25F * ((l2 - 2.0F * l1 + l0) + (h2 + 2.0F * h1 + h0)); };
+  if (along_y) {
+    return {low.m + high.m,
+            low.mr + high.mr,
+            one(low.m, high.m, low.ms, high.ms),
+            low.mrr + high.mrr,
+            two(low.m, high.m, low.ms, high.ms, low.mss, high.mss),
+            one(low.mr, high.mr, low.mrs, high.mrs)};
+  }
+  return {low.m + high.m,     one(low.m, high.m, low.mr, high.mr),
+          low.ms + high.ms,   two(low.m, high.m, low.mr, high.mr, low.mrr, high.mrr),
+          low.mss + high.mss, one(low.ms, high.ms, low.mrs, high.mrs)};
+}
+
+/// The same of a pair of cells in place of four. Slopes along x, whose energy the moments are, are over the
+/// side along x: where that doubles, a quarter of it is left.
+HDM_FUNCTION void set_parent_of_two(const MomentsRow<float>& row, const MomentsRow<const float>& top,
+                                    const MomentsRow<const float>& bottom, bool along_y, int x) {
+  InFloat::CellMoments sum = along_y ? joined(top.cell(x), bottom.cell(x), true)
+                                     : joined(top.cell(2 * x), top.cell(2 * x + 1), false);
+  const float share = along_y ? 1.0F : 0.25F;
+  row.set(x,
+          {share * sum.m, share * sum.mr, share * sum.ms, share * sum.mrr, share * sum.mss, share * sum.mrs});
+}
+
 /// Where |xx yy - xy^2| is less than this share of xx yy, the two components of a site move as one.
 constexpr float least_determinant = 1e-6F;
 
@@ -130,7 +161,7 @@ void invert(const ResponseRow& row, float relaxation) {
 
 /// Of a cell that is not masked, its moments being floats.
 template <typename InDouble, typename OfLevel>
-CellMatrix matrix_at(const ElasticLevel& level, std::size_t index, const ElasticRatios<float>& ratio) {
+CellMatrix matrix_at(const ElasticLevel& level, std::size_t index) {
   using Cell = typename OfLevel::CellMoments;
   const auto moments =
       std::bit_cast<std::array<float, sizeof(Cell) / sizeof(float)>>(level.template cell<OfLevel>(index));
@@ -139,14 +170,14 @@ CellMatrix matrix_at(const ElasticLevel& level, std::size_t index, const Elastic
     cell.bend = level.bend;
     cell.volume = double{moments.back()};
   }
-  return matrix_of(cell, ratio.as<double>());
+  return matrix_of(cell, level.ratio.as<double>());
 }
 
 } // namespace
 
-CellMatrix cell_matrix(const ElasticLevel& level, std::size_t index, const ElasticHierarchy& hierarchy) {
-  return level.grid.axes() == 3 ? matrix_at<VolumeCell, VolumeInFloat>(level, index, hierarchy.ratio)
-                                : matrix_at<ImageCell, ElasticInFloat>(level, index, hierarchy.ratio);
+CellMatrix cell_matrix(const ElasticLevel& level, std::size_t index) {
+  return level.grid.axes() == 3 ? matrix_at<VolumeCell, VolumeInFloat>(level, index)
+                                : matrix_at<ImageCell, ElasticInFloat>(level, index);
 }
 
 void add_masked_cells(ElasticLevel& level, int y, int z, const std::function<float(int, int, int)>& weight) {
@@ -191,8 +222,14 @@ void set_parent_moments(ElasticLevel& level, const ElasticLevel& fine) {
 #pragma omp parallel for if (level.grid.sites.sites() > sites_worth_threads)
   for (int y = 0; y < cells.height; ++y) {
     const MomentsRow<float> row(level, y);
-    const MomentsRow<const float> top(fine, 2 * y);
-    const MomentsRow<const float> bottom(fine, 2 * y + 1);
+    const MomentsRow<const float> top(fine, level.stride[1] * y);
+    const MomentsRow<const float> bottom(fine, level.stride[1] * y + level.stride[1] - 1);
+    if (level.stride[0] != level.stride[1]) {
+      for (int x = 0; x < cells.width; ++x) {
+        set_parent_of_two(row, top, bottom, level.stride[1] == 2, x);
+      }
+      continue;
+    }
 #pragma omp simd
     for (int x = 0; x < cells.width; ++x) {
       set_parent(row, top, bottom, x);
@@ -200,10 +237,9 @@ void set_parent_moments(ElasticLevel& level, const ElasticLevel& fine) {
   }
 }
 
-void set_response(ElasticLevel& level, const ElasticRatios<float>& ratio, float relaxation,
-                  const Prescribed* prescribed) {
+void set_response(ElasticLevel& level, float relaxation, const Prescribed* prescribed) {
   const RingedGrid& grid = level.grid;
-  const InFloat::Law law = InFloat::law_of(ratio);
+  const InFloat::Law law = InFloat::law_of(level.ratio);
 #pragma omp parallel for if (grid.sites.sites() > sites_worth_threads)
   for (int y = 0; y < grid.sites.height; ++y) {
     const ResponseRow row = row_of(level, y);

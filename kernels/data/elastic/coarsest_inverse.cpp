@@ -50,7 +50,7 @@ private:
   std::vector<double> values_;
 };
 
-Symmetric stiffness_of(const ElasticLevel& level, const ElasticHierarchy& hierarchy) {
+Symmetric stiffness_of(const ElasticLevel& level) {
   const Extent sites = level.grid.sites;
   const Extent cells = level.grid.cells();
   const std::size_t axes = sites.axes();
@@ -70,7 +70,7 @@ Symmetric stiffness_of(const ElasticLevel& level, const ElasticHierarchy& hierar
   for (int z = 0; z < cells.depth; ++z) {
     for (int y = 0; y < cells.height; ++y) {
       for (int x = 0; x < cells.width; ++x) {
-        const CellMatrix matrix = cell_matrix(level, level.grid.index(x, y, z), hierarchy);
+        const CellMatrix matrix = cell_matrix(level, level.grid.index(x, y, z));
         add(x, y, z, [&](std::size_t row, std::size_t column) { return matrix.at(row, column); });
       }
       const auto [first, last] = level.masked.row(y, z);
@@ -86,9 +86,8 @@ Symmetric stiffness_of(const ElasticLevel& level, const ElasticHierarchy& hierar
 
 } // namespace
 
-std::vector<float> coarsest_inverse(const ElasticLevel& level, const ElasticHierarchy& hierarchy,
-                                    const Prescribed* prescribed) {
-  Symmetric stiffness = stiffness_of(level, hierarchy);
+std::vector<float> coarsest_inverse(const ElasticLevel& level, const Prescribed* prescribed) {
+  Symmetric stiffness = stiffness_of(level);
   const std::size_t size = stiffness.size();
   const Extent sites = level.grid.sites;
   const std::size_t axes = sites.axes();

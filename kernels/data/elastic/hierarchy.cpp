@@ -7,7 +7,10 @@
 #include <algorithm>
 #include <cstdint>
 #include <functional>
+#include <numbers>
+#include <numeric>
 #include <optional>
+#include <span>
 #include <utility>
 
 namespace hdmbench {
@@ -53,20 +56,26 @@ void for_each_cell(Extent cells, const Call& call) {
   });
 }
 
+/// The bits of the axes along which a cell has two children, x in the lowest one.
+unsigned halved_axes(const Stride& stride) {
+  return (stride[0] == 2 ? 1U : 0U) | (stride[1] == 2 ? 2U : 0U) | (stride[2] == 2 ? 4U : 0U);
+}
+
 /// What conditions make of a coarse level's cells. One is cut where a coarse function of it is at home on a
 /// site with a prescribed component and may move there. `fine` are the prescribed components of the finer
 /// level, `coarse` of this one (null: none), `children` the finer level's kinds, empty where all are whole.
 template <std::size_t axes>
 CellKinds kinds_of(Extent cells, const RingedGrid& grid, const Prescribed* fine, const Prescribed* coarse,
-                   const RingedGrid& coarse_grid, const CellKinds& children) {
+                   const RingedGrid& coarse_grid, const Stride& stride, const CellKinds& children) {
+  const unsigned halved = halved_axes(stride);
   CellKinds kinds{cells, std::vector<CellKind>(cells.sites(), CellKind::whole), {}};
   constexpr std::size_t corners = std::size_t{1} << axes;
   const auto is_cut = [&](int x, int y, int z) {
     const std::size_t at = coarse_grid.index(x, y, z);
-    const std::size_t fine_at = grid.index(2 * x, 2 * y, 2 * z);
+    const std::size_t fine_at = grid.index(stride[0] * x, stride[1] * y, stride[2] * z);
     for (std::size_t i = 0; i < axes * corners * corners; ++i) {
       const std::size_t corner = i / corners % corners; // whose function reaches the sites of its child
-      const std::size_t site = fine_at + grid.to_corner(corner) + grid.to_corner(i % corners);
+      const std::size_t site = fine_at + grid.to_corner(corner) + grid.to_corner(i % corners & halved);
       const std::size_t axis = i / corners / corners;
       if (fine->component[axis][site] != 0 &&
           coarse->component[axis][at + coarse_grid.to_corner(corner)] == 0) {
@@ -76,31 +85,35 @@ CellKinds kinds_of(Extent cells, const RingedGrid& grid, const Prescribed* fine,
     return false;
   };
   for_each_row(cells, [&](std::size_t first, int y, int z) {
-    const auto there = [](int from, int side) { return std::min(3, side - 2 * from); };
+    const auto there = [&](int from, std::size_t axis) {
+      return std::min(stride[axis] + 1, grid.sites.sides()[axis] - stride[axis] * from);
+    };
     const int width = grid.sites.width;
-    const int planes = axes == 3 ? there(z, grid.sites.depth) : 1;
-    const int components = static_cast<int>(axes) * there(y, grid.sites.height) * planes; // of a column
+    const int planes = axes == 3 ? there(z, 2) : 1;
+    const int components = static_cast<int>(axes) * there(y, 1) * planes;      // of a column
     std::vector<std::uint8_t> prescribed(static_cast<std::size_t>(width) + 2); // so many of each column
     for (int line = 0; fine != nullptr && line < components; ++line) {
       const int row = line / static_cast<int>(axes);
-      const std::uint8_t* const from = fine->component[static_cast<std::size_t>(line) % axes].data() +
-                                       grid.index(0, 2 * y + row / planes, 2 * z + row % planes);
+      const std::uint8_t* const from =
+          fine->component[static_cast<std::size_t>(line) % axes].data() +
+          grid.index(0, stride[1] * y + row / planes, stride[2] * z + row % planes);
       std::transform(from, from + width, prescribed.begin(), prescribed.begin(), std::plus<>());
     }
     for (int x = 0; x < cells.width; ++x) {
-      const std::uint8_t* const columns = prescribed.data() + 2 * x;
-      const int count = columns[0] + columns[1] + columns[2];
-      const bool all = count == components * there(x, width);
+      const std::uint8_t* const columns = prescribed.data() + stride[0] * x;
+      const int count = std::accumulate(columns, columns + stride[0] + 1, 0);
+      const bool all = count == components * there(x, 0);
       const bool any = count > 0 && (coarse == nullptr || is_cut(x, y, z));
       std::array<bool, 3> found{false, any && !all, all}; // by CellKind
       if (!children.kind.empty()) {
         for (std::size_t child = 0; child < corners; ++child) {
           const auto bit = [&](std::size_t axis) { return static_cast<int>(child >> axis & 1); };
           const Extent fine_cells = children.extent;
-          const int i = 2 * x + bit(0);
-          const int j = 2 * y + bit(1);
-          const int k = 2 * z + bit(2);
-          if (i < fine_cells.width && j < fine_cells.height && k < fine_cells.depth) {
+          const int i = stride[0] * x + bit(0);
+          const int j = stride[1] * y + bit(1);
+          const int k = stride[2] * z + bit(2);
+          if ((child & ~halved) == 0 && i < fine_cells.width && j < fine_cells.height &&
+              k < fine_cells.depth) {
             const CellKind kind = children.kind[fine_cells.index(i, j, k)];
             found[static_cast<std::size_t>(kind)] |= !all || kind == CellKind::masked;
           }
@@ -132,8 +145,9 @@ bool are_alike(const ElasticLevel& level, std::size_t a, std::size_t b) {
 
 /// The children's matrices between the functions that may move. `prescribed` is null where all may; `kinds`
 /// are empty where all cells are whole.
-CellMatrix galerkin(const ElasticHierarchy& hierarchy, const ElasticLevel& fine, const CellKinds& kinds,
+CellMatrix galerkin(const ElasticLevel& fine, const Stride& stride, const CellKinds& kinds,
                     const Prescribed* prescribed, int x, int y, int z) {
+  const unsigned halved = halved_axes(stride);
   const std::size_t axes = fine.grid.axes();
   const Extent cells = fine.grid.cells();
   CellMatrix sum(axes);
@@ -141,10 +155,10 @@ CellMatrix galerkin(const ElasticHierarchy& hierarchy, const ElasticLevel& fine,
   std::optional<std::size_t> made; // the cell that `whole` is the matrix of: children are often alike
   for (std::size_t child = 0; child < std::size_t{1} << axes; ++child) {
     const auto bit = [&](std::size_t axis) { return static_cast<int>(child >> axis & 1); };
-    const int i = 2 * x + bit(0);
-    const int j = 2 * y + bit(1);
-    const int k = 2 * z + bit(2);
-    if (i >= cells.width || j >= cells.height || k >= cells.depth) {
+    const int i = stride[0] * x + bit(0);
+    const int j = stride[1] * y + bit(1);
+    const int k = stride[2] * z + bit(2);
+    if ((child & ~halved) != 0 || i >= cells.width || j >= cells.height || k >= cells.depth) {
       continue;
     }
     const std::size_t at = fine.grid.index(i, j, k);
@@ -157,15 +171,15 @@ CellMatrix galerkin(const ElasticHierarchy& hierarchy, const ElasticLevel& fine,
     const CellKind kind = kinds.kind.empty() ? CellKind::whole : kinds.kind[cell];
     if (kind == CellKind::whole) {
       if (!made || !are_alike(fine, *made, at)) {
-        whole = cell_matrix(fine, at, hierarchy);
+        whole = cell_matrix(fine, at);
       }
       made = at;
-      add_galerkin(sum, whole, child, mask);
+      add_galerkin(sum, whole, child, mask, halved);
     } else if (kind == CellKind::masked) {
       CellMatrix matrix(axes);
       std::copy_n(fine.masked.matrix(kinds.index[cell]), sum.components * sum.components,
                   matrix.values.begin());
-      add_galerkin(sum, matrix, child, mask);
+      add_galerkin(sum, matrix, child, mask, halved);
     }
   }
   return sum;
@@ -224,8 +238,7 @@ using Spring = std::array<double, 6>;
 /// Springs of the image: each is a part of the matrix of the cell at the far corner of its site, at the last
 /// row, column and plane of the one before. `spring_at` tells that of a site of the level.
 template <typename SpringAt>
-CellKinds add_springs(ElasticLevel& image, const ElasticHierarchy& hierarchy, double unit,
-                      const SpringAt& spring_at) {
+CellKinds add_springs(ElasticLevel& image, double unit, const SpringAt& spring_at) {
   const Extent sites = image.grid.sites;
   const Extent cells = image.grid.cells();
   const std::size_t axes = sites.axes();
@@ -246,7 +259,7 @@ CellKinds add_springs(ElasticLevel& image, const ElasticHierarchy& hierarchy, do
     for_each_spring(x, y, z, [&](std::size_t, const Spring&) { kinds.kind[cell] = CellKind::masked; });
   });
   set_masked_cells(image, kinds, [&](int x, int y, int z) {
-    CellMatrix matrix = cell_matrix(image, image.grid.index(x, y, z), hierarchy);
+    CellMatrix matrix = cell_matrix(image, image.grid.index(x, y, z));
     for_each_spring(x, y, z, [&](std::size_t corner, const Spring& spring) {
       for (std::size_t a = 0; a < axes; ++a) {
         for (std::size_t b = 0; b < axes; ++b) {
@@ -263,72 +276,120 @@ bool is_coarsest(Extent sites) {
   return std::max({sites.width, sites.height, sites.depth}) - 1 <= most_coarsest_cells(sites.axes());
 }
 
-/// `spring_at` is null where there are no springs.
-template <typename SpringAt>
-ElasticHierarchy hierarchy_of(const Level& full, const ElasticModel& model, const SpringAt* spring_at) {
+/// Makes the sites of levels respond, one level after the other from the image on.
+class Responses {
+public:
+  Responses(const Level& full, const ElasticModel& model)
+      : full_(full), poisson_(model.poisson), sides_(full.sides), contrast_(contrast_of(full.modulus)),
+        bend_(model.integration == Integration::full ? 1.0 : 0.0) {
+    prepare();
+  }
+
+  [[nodiscard]] const std::array<double, 3>& sides() const { return sides_; }
+  [[nodiscard]] ElasticRatios<float> ratio() const { return ElasticRatios<float>::of(poisson_, sides_); }
+  /// The next level is so much coarser.
+  void go_on(const Stride& stride) {
+    const std::array<double, 3> before = sides_;
+    for (std::size_t axis = 0; axis < 3; ++axis) { // the third of an image is a side without a cell
+      sides_[axis] *= stride[axis];
+      cells_of_image_[axis] *= stride[axis];
+    }
+    if (sides_[0] * before[1] != sides_[1] * before[0] || sides_[0] * before[2] != sides_[2] * before[0]) {
+      prepare(); // cells of another form
+    }
+  }
+  void respond(ElasticLevel& level, const Prescribed* prescribed) const {
+    may_end_here();
+    if (!of_volume_) {
+      set_response(level, of_image_, prescribed);
+      return;
+    }
+    const std::array<int, 3> cells = level.grid.cells().sides();
+    std::array<int, 3> whole = cells;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      whole[axis] -= cells[axis] * cells_of_image_[axis] > full_.extent.sides()[axis] - 1 ? 1 : 0;
+    }
+    set_volume_response(level, *of_volume_, whole, *prescribed);
+  }
+
+private:
+  void prepare() {
+    const auto ratio = ElasticRatios<double>::of(poisson_, sides_);
+    if (full_.extent.axes() == 3) {
+      of_volume_.emplace(ratio, contrast_, bend_);
+    } else {
+      of_image_ = image_relaxation(ratio);
+    }
+  }
+
+  const Level& full_;
+  double poisson_;
+  std::array<double, 3> sides_; ///< of the level's cells
+  double contrast_;
+  double bend_;                                ///< of the image's cells
+  std::array<int, 3> cells_of_image_{1, 1, 1}; ///< in one of the level's, along each axis
+  float of_image_ = 0.0F;
+  std::optional<VolumeRelaxation> of_volume_;
+};
+
+/// The image itself, without masked cells; sites do not respond yet.
+ElasticLevel image_level(const Level& full, const ElasticModel& model) {
   const bool is_volume = full.extent.axes() == 3;
-  const auto ratio = ElasticRatios<double>::of(model.poisson, full.sides);
-  ElasticHierarchy hierarchy;
-  hierarchy.ratio = ElasticRatios<float>::of(model.poisson, full.sides);
-  ElasticLevel& image = hierarchy.levels.emplace_back(empty_level(full.extent, is_volume ? 1 : 6));
-  Prescribed prescribed(full, image.grid); // of the last level
-  std::optional<VolumeRelaxation> relaxation;
-  const float of_image = is_volume ? 0.0F : image_relaxation(ratio);
+  ElasticLevel image = empty_level(full.extent, is_volume ? 1 : 6);
+  image.ratio = ElasticRatios<float>::of(model.poisson, full.sides);
   if (is_volume) {
     image.bend = model.integration == Integration::full ? 1.0F : 0.0F;
-    relaxation.emplace(ratio, contrast_of(full.modulus), image.bend);
     set_volume_moments(image, full);
   } else {
     set_image_moments(image, full);
   }
+  return image;
+}
+
+/// `spring_at` is null where there are no springs.
+template <typename SpringAt>
+ElasticHierarchy hierarchy_of(const Level& full, const ElasticModel& model, const SpringAt* spring_at) {
+  const bool is_volume = full.extent.axes() == 3;
+  ElasticHierarchy hierarchy;
+  ElasticLevel& image = hierarchy.levels.emplace_back(image_level(full, model));
+  Prescribed prescribed(full, image.grid); // of the last level
+  Responses responses(full, model);
   may_end_here();
   CellKinds kinds; // of the last level
   if (spring_at != nullptr && full.extent.width > 1 && full.extent.height > 1) {
-    kinds = add_springs(image, hierarchy, force_unit(full, model.poisson), *spring_at);
+    kinds = add_springs(image, force_unit(full, model.poisson), *spring_at);
   }
-  const auto respond = [&](ElasticLevel& level, bool is_image) {
-    may_end_here();
-    if (is_volume) {
-      const auto number = is_image ? 0 : static_cast<int>(hierarchy.levels.size());
-      const std::array<int, 3> cells = level.grid.cells().sides();
-      std::array<int, 3> whole = cells;
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        whole[axis] -= cells[axis] << number > full.extent.sides()[axis] - 1 ? 1 : 0;
-      }
-      set_volume_response(level, *relaxation, whole, prescribed);
-    } else {
-      set_response(level, hierarchy.ratio, of_image, is_image ? &prescribed : nullptr);
-    }
-  };
-  respond(image, true);
+  responses.respond(image, &prescribed);
   while (!is_coarsest(hierarchy.levels.back().grid.sites)) {
     const ElasticLevel& fine = hierarchy.levels.back();
-    const Extent sites = fine.grid.sites;
     const bool is_image = hierarchy.levels.size() == 1;
-    ElasticLevel level = empty_level(
-        {sites.width / 2 + 1, sites.height / 2 + 1, is_volume ? sites.depth / 2 + 1 : 1}, is_volume ? 23 : 6);
+    const Stride stride = stride_of(responses.sides(), full.extent.axes());
+    responses.go_on(stride);
+    ElasticLevel level = empty_level(coarser(fine.grid.sites, stride), is_volume ? 23 : 6);
+    level.stride = stride;
+    level.ratio = responses.ratio();
     is_volume ? set_volume_parents(level, fine) : set_parent_moments(level, fine);
     may_end_here();
     const Prescribed* const of_fine = is_image || is_volume ? &prescribed : nullptr;
     std::optional<Prescribed> coarse;
     if (is_volume) {
-      coarse.emplace(prescribed, fine.grid, level.grid);
+      coarse.emplace(prescribed, fine.grid, level.grid, stride);
     }
     CellKinds coarse_kinds =
-        is_volume ? kinds_of<3>(level.grid.cells(), fine.grid, of_fine, &*coarse, level.grid, kinds)
-                  : kinds_of<2>(level.grid.cells(), fine.grid, of_fine, nullptr, level.grid, kinds);
+        is_volume ? kinds_of<3>(level.grid.cells(), fine.grid, of_fine, &*coarse, level.grid, stride, kinds)
+                  : kinds_of<2>(level.grid.cells(), fine.grid, of_fine, nullptr, level.grid, stride, kinds);
     may_end_here();
     set_masked_cells(level, coarse_kinds,
-                     [&](int x, int y, int z) { return galerkin(hierarchy, fine, kinds, of_fine, x, y, z); });
+                     [&](int x, int y, int z) { return galerkin(fine, stride, kinds, of_fine, x, y, z); });
     if (coarse) {
       prescribed = std::move(*coarse);
     }
-    respond(level, false);
+    responses.respond(level, is_volume ? &prescribed : nullptr);
     kinds = std::move(coarse_kinds);
     hierarchy.levels.push_back(std::move(level));
   }
   hierarchy.coarsest_inverse = coarsest_inverse(
-      hierarchy.levels.back(), hierarchy, is_volume || hierarchy.levels.size() == 1 ? &prescribed : nullptr);
+      hierarchy.levels.back(), is_volume || hierarchy.levels.size() == 1 ? &prescribed : nullptr);
   return hierarchy;
 }
 
@@ -365,18 +426,22 @@ Prescribed::Prescribed(const Level& full, const RingedGrid& grid) : component(gr
   }
 }
 
-Prescribed::Prescribed(const Prescribed& fine, const RingedGrid& fine_grid, const RingedGrid& grid) {
+Prescribed::Prescribed(const Prescribed& fine, const RingedGrid& fine_grid, const RingedGrid& grid,
+                       const Stride& stride) {
   const Extent sites = fine_grid.sites;
-  const int height = (sites.height + 1) / 2;
-  const int rows = height * ((sites.depth + 1) / 2);
+  const auto there = [&](std::size_t axis) { return (sites.sides()[axis] - 1) / stride[axis] + 1; };
+  const int height = there(1);
+  const int rows = height * there(2);
+  const int width = there(0);
   for (const std::vector<std::uint8_t>& from : fine.component) {
     std::vector<std::uint8_t>& to = component.emplace_back(grid.size());
 #pragma omp parallel for if (sites.sites() > sites_worth_threads)
     for (int row = 0; row < rows; ++row) {
       const std::size_t first = grid.index(0, row % height, row / height);
-      const std::size_t fine_first = fine_grid.index(0, 2 * (row % height), 2 * (row / height));
-      for (std::size_t x = 0; 2 * x < static_cast<std::size_t>(sites.width); ++x) {
-        to[first + x] = from[fine_first + 2 * x];
+      const std::size_t fine_first =
+          fine_grid.index(0, stride[1] * (row % height), stride[2] * (row / height));
+      for (int x = 0; x < width; ++x) {
+        to[first + static_cast<std::size_t>(x)] = from[fine_first + static_cast<std::size_t>(stride[0] * x)];
       }
     }
   }
@@ -395,6 +460,22 @@ ElasticHierarchy make_elastic_hierarchy(const Level& full, const ElasticModel& m
                   static_cast<double>(springs.yy.values[at])};
   };
   return hierarchy_of(full, model, &spring_at);
+}
+
+Stride stride_of(const std::array<double, 3>& sides, std::size_t axes) {
+  const auto of_axes = std::span(sides).first(axes);
+  const auto [shortest, longest] = std::ranges::minmax(of_axes);
+  Stride stride{2, 2, 2};
+  for (std::size_t axis = 0; longest > 2.0 * shortest && axis < axes; ++axis) {
+    stride[axis] = sides[axis] <= std::numbers::sqrt2 * shortest ? 2 : 1;
+  }
+  return stride;
+}
+
+Extent coarser(Extent sites, const Stride& stride) {
+  const auto along = [](int of, int step) { return step == 2 ? of / 2 + 1 : of; };
+  return {along(sites.width, stride[0]), along(sites.height, stride[1]),
+          sites.axes() == 3 ? along(sites.depth, stride[2]) : 1};
 }
 
 ElasticLevel empty_level(Extent sites, std::size_t moments) {

@@ -6,6 +6,7 @@
 #include "kernels/specification/elastic/elastic.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstddef>
 #include <vector>
 
@@ -54,9 +55,15 @@ struct RingedGrid {
   return first * axes - first * (first + 1) / 2 + (row < column ? column : row);
 }
 
+/// How many sites of the next finer level lead from a site to the next along each axis: 2, or 1 where that
+/// level's cells are long already.
+using Stride = std::array<int, 3>;
+
 /// One level of an elastic body: all that a sweep reads and does not write.
 struct ElasticLevel {
   RingedGrid grid;
+  ElasticRatios<float> ratio{}; ///< of its cells, whose sides may differ from those of other levels
+  Stride stride{2, 2, 2};       ///< not read of the image
   /// The moments of cells, MPa, in the order of CellMoments: six in an image
   /// (specification/elastic/cell.inc), 23 in a volume (volume.inc), 0 where a cell is masked. A volume's
   /// finest level has one array instead: the modulus of each site.
@@ -91,10 +98,9 @@ enum class Springs {
 
 /// A sheet or a body with its conditions on all levels, exact: the energy of a coarse field is that of its
 /// linear interpolation, 0 at components that are prescribed (Galerkin). Coarse site (x, y, z) is fine site
-/// (2x, 2y, 2z). In a volume a coarse component is prescribed, too, where that fine one is: it is 0, and
-/// fewer cells are cut.
+/// (2x, 2y, 2z), but for the Stride of a level. In a volume a coarse component is prescribed, too, where that
+/// fine one is: it is 0, and fewer cells are cut.
 struct ElasticHierarchy {
-  ElasticRatios<float> ratio{};
   std::vector<ElasticLevel> levels; ///< the image first; at least one
   /// Displacements of the coarsest level from its load, the components of each site in turn: column by
   /// column.
@@ -103,6 +109,13 @@ struct ElasticHierarchy {
 
 /// A level whose cells have no stiffness and whose sites do not respond, with so many arrays of moments.
 [[nodiscard]] ElasticLevel empty_level(Extent sites, std::size_t moments = 6);
+
+/// Returns by how much to make a level coarser whose cells have these sides. Where one is more than twice as
+/// long as another, only those that are short become longer: on long cells a sweep leaves waves across their
+/// long sides that no coarser cell has.
+[[nodiscard]] Stride stride_of(const std::array<double, 3>& sides, std::size_t axes);
+/// Returns the sites of the level that is so much coarser.
+[[nodiscard]] Extent coarser(Extent sites, const Stride& stride);
 
 /// How far a sweep goes towards the minimum of each site of an image of squares. There no wave has more than
 /// 3.25 times the stiffness of its sites where the Poisson ratio is not negative (element by element,

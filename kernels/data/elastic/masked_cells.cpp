@@ -10,7 +10,8 @@ namespace {
 /// edge and hangs on both ends by half: so the child's matrix becomes one between corners of the parent, axis
 /// by axis, its rows and then its columns.
 template <std::size_t axes>
-HDM_FUNCTION void add_child(CellMatrix& sum, CellMatrix child, std::size_t place, const CellMask& mask) {
+HDM_FUNCTION void add_child(CellMatrix& sum, CellMatrix child, std::size_t place, const CellMask& mask,
+                            unsigned halved) {
   constexpr std::size_t components = axes << axes;
   double* const values = child.values.data();
   for (std::size_t row = 0; row < components; ++row) {
@@ -20,6 +21,9 @@ HDM_FUNCTION void add_child(CellMatrix& sum, CellMatrix child, std::size_t place
   }
   const auto along = [&]<int axis>() HDM_INLINED {
     constexpr std::size_t stride = axes << axis; // components from a corner to the next one along the axis
+    if ((halved >> axis & 1U) == 0) {
+      return;
+    }
     const std::size_t middle = (place >> axis & 1) == 0 ? stride : 0;
     const std::size_t end = stride - middle;
     for (std::size_t first = 0; first < components; first += first % stride == stride - 1 ? stride + 1 : 1) {
@@ -46,8 +50,9 @@ HDM_FUNCTION void add_child(CellMatrix& sum, CellMatrix child, std::size_t place
 } // namespace
 
 HDM_WIDE_VECTORS void add_galerkin(CellMatrix& sum, const CellMatrix& child, std::size_t place,
-                                   const CellMask& mask) {
-  sum.axes == 2 ? add_child<2>(sum, child, place, mask) : add_child<3>(sum, child, place, mask);
+                                   const CellMask& mask, unsigned halved) {
+  sum.axes == 2 ? add_child<2>(sum, child, place, mask, halved)
+                : add_child<3>(sum, child, place, mask, halved);
 }
 
 } // namespace hdmbench

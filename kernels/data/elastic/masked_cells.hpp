@@ -31,8 +31,9 @@ using CellMask = std::array<double, 24>;
 
 /// sum += P' child P, P being the linear interpolation from the corners of a parent to those of its child,
 /// the one at 0 or 1 of each axis, x in the lowest bit of `place`, with rows of components that `mask` has as
-/// 0 left out.
-void add_galerkin(CellMatrix& sum, const CellMatrix& child, std::size_t place, const CellMask& mask);
+/// 0 left out. Along axes whose bits `halved` has not, the child is as long as the parent.
+void add_galerkin(CellMatrix& sum, const CellMatrix& child, std::size_t place, const CellMask& mask,
+                  unsigned halved = 7);
 
 /// The cells of a level whose basis functions are cut by conditions, in reading order: each has a matrix in
 /// place of moments.

@@ -101,6 +101,7 @@ VolumeRelaxation::VolumeRelaxation(const ElasticRatios<double>& of, double contr
   const std::vector<unsigned> patterns = of.has_boxes() ? patterns_but_for_reflections() : of_cubes;
   const auto largest = [&](double stiff, double bend_of_cell) {
     double most = 0.0;
+#pragma omp parallel for reduction(max : most)
     for (const unsigned pattern : patterns) {
       std::array<double, 8> moduli;
       for (unsigned corner = 0; corner < 8; ++corner) {
@@ -114,8 +115,9 @@ VolumeRelaxation::VolumeRelaxation(const ElasticRatios<double>& of, double contr
   constexpr double share_of_limit = 1.9; // a wave grows from 2 on
   factor = static_cast<float>(share_of_limit / uniform);
   const double most = std::min(contrast, saturating_contrast);
-  weight =
-      contrast > 1.0 ? static_cast<float>(std::max(largest(most, 1.0), largest(most, bend)) / uniform) : 1.0F;
+  const double of_mixed = contrast > 1.0 ? largest(most, 1.0) : uniform;
+  weight = static_cast<float>(
+      (bend == 1.0 || contrast <= 1.0 ? of_mixed : std::max(of_mixed, largest(most, bend))) / uniform);
   weight_beyond = static_cast<float>(largest(saturating_contrast, 1.0) / uniform);
 }
 

@@ -14,7 +14,8 @@ struct Prescribed {
   /// Takes the components that the image prescribes.
   Prescribed(const Level& full, const RingedGrid& grid);
   /// Takes for a coarse level of a volume what the fine sites at the same places are.
-  Prescribed(const Prescribed& fine, const RingedGrid& fine_grid, const RingedGrid& grid);
+  Prescribed(const Prescribed& fine, const RingedGrid& fine_grid, const RingedGrid& grid,
+             const Stride& stride);
 
   std::vector<std::vector<std::uint8_t>> component;
 };
@@ -56,8 +57,7 @@ void set_volume_parents(ElasticLevel& level, const ElasticLevel& fine);
 /// Sets ElasticLevel::response from the level's moments and masked cells: `relaxation` times the
 /// inverse of a site's own 2 x 2 stiffness. `prescribed` is null but on the image, and its components do not
 /// respond.
-void set_response(ElasticLevel& level, const ElasticRatios<float>& ratio, float relaxation,
-                  const Prescribed* prescribed);
+void set_response(ElasticLevel& level, float relaxation, const Prescribed* prescribed);
 /// Returns elastic_relaxation, or of an image of rectangles what keeps the same distance from where a wave of
 /// one of its cells would grow, whatever the moduli.
 [[nodiscard]] float image_relaxation(const ElasticRatios<double>& ratio);
@@ -94,14 +94,12 @@ using VolumeCell = ElasticVolume<double, true>;
                                    const ElasticRatios<double>& ratio);
 
 /// Returns the matrix of a cell that is not masked. `index` of the grid.
-[[nodiscard]] CellMatrix cell_matrix(const ElasticLevel& level, std::size_t index,
-                                     const ElasticHierarchy& hierarchy);
+[[nodiscard]] CellMatrix cell_matrix(const ElasticLevel& level, std::size_t index);
 
 /// What ElasticHierarchy::coarsest_inverse is of `level`: a symmetric generalised inverse of its stiffness.
 /// Functions that others make up for, or that nothing resists, stay 0. `prescribed` is null where every
 /// component may move.
-[[nodiscard]] std::vector<float>
-coarsest_inverse(const ElasticLevel& level, const ElasticHierarchy& hierarchy, const Prescribed* prescribed);
+[[nodiscard]] std::vector<float> coarsest_inverse(const ElasticLevel& level, const Prescribed* prescribed);
 
 /// The moments of a row of cells, for loops of vectors: pointers that no store can change. `Value` is float
 /// or const float; cell x lies at the bottom right of site x.

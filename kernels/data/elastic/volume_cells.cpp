@@ -291,14 +291,22 @@ HDM_WIDE_VECTORS void respond(ElasticLevel& level, std::size_t first, std::size_
 /// Sets the moments of row (y, z) of cells from those of their children.
 HDM_WIDE_VECTORS void set_parents(ElasticLevel& level, const ElasticLevel& fine, int y, int z) {
   const Extent cells = level.grid.cells();
+  const auto [along_x, along_y, along_z] = level.stride;
+  const float share = along_x == 2 ? 0.25F : 1.0F; // slopes along x are over the side along x
   std::array<CellRow, 8> children;
   for (int x = 0; x < cells.width; x += static_cast<int>(lanes)) {
+    const auto is_child = [&](std::size_t child, std::size_t axis) {
+      return level.stride[axis] == 2 || (child >> axis & 1) == 0;
+    };
     for (std::size_t child = 0; child < 8; ++child) {
       const auto bit = [&](std::size_t axis) { return static_cast<int>(child >> axis & 1); };
-      read_cells(fine, 2 * x + bit(0), 2, 2 * y + bit(1), 2 * z + bit(2), children[child]);
+      if (is_child(child, 0) && is_child(child, 1) && is_child(child, 2)) {
+        read_cells(fine, along_x * x + bit(0), along_x, along_y * y + bit(1), along_z * z + bit(2),
+                   children[child]);
+      }
     }
     for (std::size_t axis = 0, step = 1; axis < 3; ++axis, step *= 3) {
-      for (std::size_t child = 0; child < 8; child += std::size_t{2} << axis) {
+      for (std::size_t child = 0; level.stride[axis] == 2 && child < 8; child += std::size_t{2} << axis) {
         join(children[child], children[child + (std::size_t{1} << axis)], step);
       }
     }
@@ -307,7 +315,8 @@ HDM_WIDE_VECTORS void set_parents(ElasticLevel& level, const ElasticLevel& fine,
       const float* const from = children[0][place_of_moment[number]].data();
       float* const to = level.moments[number].data() + level.grid.index(x, y, z);
       for (std::size_t i = 0; i < count; ++i) {
-        to[i] = 0.25F * from[i]; // twice the mean: one factor of 2 a level keeps the form of forces
+        to[i] =
+            share * from[i]; // of eight cells twice the mean: a factor of 2 a level keeps the form of forces
       }
     }
   }
