@@ -280,8 +280,8 @@ public:
         write_coarse(plane / 2);
       }
     });
-    for (int plane = from.count / 2; halves_planes && plane < band.last;
-         ++plane) { // those whose plane 2 Z + 1 is not there
+    // Those whose plane 2 Z + 1 is not there.
+    for (int plane = from.count / 2; halves_planes && plane < band.last; ++plane) {
       clear_plane(2 * plane + 1);
       if (2 * plane >= from.count) {
         clear_plane(2 * plane);

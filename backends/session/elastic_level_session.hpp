@@ -128,8 +128,8 @@ private:
     slots_.assign(hierarchy.levels.size(), initial_slots);
     calls_.clear();
     coarse_ = 1;
-    for (int level = 2; level < levels();
-         ++level) { // those that are taken together are halved along all axes
+    // Those that are taken together are halved along all axes.
+    for (int level = 2; level < levels(); ++level) {
       coarse_ = halved(level - 1) == 7 ? coarse_ : level;
     }
     while (coarse_ < levels() && coarse_size() > most_coarse) {

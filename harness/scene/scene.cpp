@@ -7,6 +7,7 @@
 #include "harness/scene/schedule_keys.hpp"
 #include "harness/scene/toml_reader.hpp"
 #include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/elastic/hierarchy.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/interruption.hpp"
 
@@ -296,10 +297,10 @@ bool is_inspected(Extent extent) {
   return extent.sites() <= std::size_t{4096} * 4096;
 }
 
-void require_memory(Extent extent, const RegisteredEnergy& energy, bool by_laws) {
+namespace {
+
+void require_memory(Extent extent, double per_site) {
   const bool is_volume = extent.axes() == 3;
-  const double per_site = (is_volume ? energy.bytes_per_voxel : energy.bytes_per_pixel) +
-                          (by_laws ? 90.0 : 0.0); // the peak of `run ball --size 200x200x200` was 207
   const double needed = per_site * static_cast<double>(extent.sites());
   const double present =
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
@@ -311,6 +312,31 @@ void require_memory(Extent extent, const RegisteredEnergy& energy, bool by_laws)
                                  is_volume ? "voxels" : "pixels", needed, needed / 0x1p30, present / 0x1p30,
                                  static_cast<int>(side)));
   }
+}
+
+double bytes_per_site(Extent extent, const RegisteredEnergy& energy) {
+  return extent.axes() == 3 ? energy.bytes_per_voxel : energy.bytes_per_pixel;
+}
+
+} // namespace
+
+void require_memory(Extent extent, const RegisteredEnergy& energy) {
+  require_memory(extent, bytes_per_site(extent, energy));
+}
+
+void require_memory(const Scene& scene) {
+  const Extent extent = scene.extent();
+  const double of_laws =
+      has_laws(scene.full) ? 90.0 : 0.0; // the peak of `run ball --size 200x200x200` was 207
+  double of_long_cells = 0.0;
+  if (scene.energy->is_of_cells()) {
+    // Of a site of a coarse level, by the peaks of boxes of 1 x 1 x 5 and 1 x 5 x 5: 156 and 240 bytes a
+    // voxel.
+    const double floats = extent.axes() == 3 ? 45.0 : 19.0;
+    of_long_cells = sizeof(float) * floats *
+                    (coarse_share(extent, scene.full.sides) - coarse_share(extent, {1.0, 1.0, 1.0}));
+  }
+  require_memory(extent, bytes_per_site(extent, *scene.energy) + of_laws + of_long_cells);
 }
 
 std::vector<std::string> shipped_scenes() {

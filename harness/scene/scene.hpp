@@ -153,8 +153,9 @@ struct SceneOptions {
 
 /// Throws InputError for an image or a volume that this machine's memory cannot hold while the energy is
 /// minimised, before the kernel kills the program for it.
-/// `by_laws`: of tissues with laws of large strains, for whose steps the host has fields of its own.
-void require_memory(Extent extent, const RegisteredEnergy& energy = usual_energy(), bool by_laws = false);
+void require_memory(Extent extent, const RegisteredEnergy& energy = usual_energy());
+/// The same of a scene, with what its laws of large strains and the form of its pixels take.
+void require_memory(const Scene& scene);
 
 /// The shipped images in the order of the thesis, then the brain, then what is only for verify.
 [[nodiscard]] std::vector<std::string> shipped_scenes();

@@ -57,7 +57,7 @@ void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& ot
                                  "give --accuracy where another one than 0.01px is wanted",
                                  scene.name));
   }
-  require_memory(scene.extent(), *scene.energy, has_laws(scene.full));
+  require_memory(scene);
   scene.exact = scene.exact && !has_method && energy == nullptr;
   for (const ScheduleKey& key : schedule_keys()) {
     if (const auto value = given.find(key.name); value != given.end()) {

@@ -61,32 +61,24 @@ HDM_FUNCTION void set_parent(const MomentsRow<float>& row, const MomentsRow<cons
   row.set(x, sum);
 }
 
-/// What the cells x and x + 1 of a row make, or x of two rows, `along_y`: what is along the other axis stays.
-HDM_FUNCTION InFloat::CellMoments joined(const InFloat::CellMoments& low, const InFloat::CellMoments& high,
-                                         bool along_y) {
-  const auto one = [](float l0, float h0, float l1, float h1)
-                       HDM_INLINED { return 0.5F * ((l1 - l0) + (h1 + h0)); };
-  const auto two = [](float l0, float h0, float l1, float h1, float l2, float h2)
-                       HDM_INLINED { return 0.25F * ((l2 - 2.0F * l1 + l0) + (h2 + 2.0F * h1 + h0)); };
-  if (along_y) {
-    return {low.m + high.m,
-            low.mr + high.mr,
-            one(low.m, high.m, low.ms, high.ms),
-            low.mrr + high.mrr,
-            two(low.m, high.m, low.ms, high.ms, low.mss, high.mss),
-            one(low.mr, high.mr, low.mrs, high.mrs)};
-  }
-  return {low.m + high.m,     one(low.m, high.m, low.mr, high.mr),
-          low.ms + high.ms,   two(low.m, high.m, low.mr, high.mr, low.mrr, high.mrr),
-          low.mss + high.mss, one(low.ms, high.ms, low.mrs, high.mrs)};
+/// The same with x and y exchanged.
+HDM_FUNCTION InFloat::CellMoments turned(const InFloat::CellMoments& cell) {
+  return {cell.m, cell.ms, cell.mr, cell.mss, cell.mrr, cell.mrs};
 }
 
-/// The same of a pair of cells in place of four. Slopes along x, whose energy the moments are, are over the
-/// side along x: where that doubles, a quarter of it is left.
+/// What two cells beside each other along x make, but for a factor.
+HDM_FUNCTION InFloat::CellMoments joined(const InFloat::CellMoments& low, const InFloat::CellMoments& high) {
+  return {low.m + high.m,     first_moment(low.m, low.mr, high.m, high.mr),
+          low.ms + high.ms,   second_moment(low.m, low.mr, low.mrr, high.m, high.mr, high.mrr),
+          low.mss + high.mss, first_moment(low.ms, low.mrs, high.ms, high.mrs)};
+}
+
+/// Sets a cell that is made of two. Moments are those of slopes along x over the side along x: where that
+/// doubles, a quarter of their energy is left.
 HDM_FUNCTION void set_parent_of_two(const MomentsRow<float>& row, const MomentsRow<const float>& top,
                                     const MomentsRow<const float>& bottom, bool along_y, int x) {
-  InFloat::CellMoments sum = along_y ? joined(top.cell(x), bottom.cell(x), true)
-                                     : joined(top.cell(2 * x), top.cell(2 * x + 1), false);
+  const InFloat::CellMoments sum = along_y ? turned(joined(turned(top.cell(x)), turned(bottom.cell(x))))
+                                           : joined(top.cell(2 * x), top.cell(2 * x + 1));
   const float share = along_y ? 1.0F : 0.25F;
   row.set(x,
           {share * sum.m, share * sum.mr, share * sum.ms, share * sum.mrr, share * sum.mss, share * sum.mrs});

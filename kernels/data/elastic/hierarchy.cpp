@@ -478,6 +478,18 @@ Extent coarser(Extent sites, const Stride& stride) {
           sites.axes() == 3 ? along(sites.depth, stride[2]) : 1};
 }
 
+double coarse_share(Extent sites, std::array<double, 3> sides) {
+  const auto of_image = static_cast<double>(sites.sites());
+  double sum = 0.0;
+  while (!is_coarsest(sites)) {
+    const Stride stride = stride_of(sides, sites.axes());
+    sites = coarser(sites, stride);
+    std::ranges::transform(sides, stride, sides.begin(), std::multiplies<>());
+    sum += static_cast<double>(sites.sites());
+  }
+  return sum / of_image;
+}
+
 ElasticLevel empty_level(Extent sites, std::size_t moments) {
   ElasticLevel level;
   level.grid = RingedGrid(sites);

@@ -116,6 +116,9 @@ struct ElasticHierarchy {
 [[nodiscard]] Stride stride_of(const std::array<double, 3>& sides, std::size_t axes);
 /// Returns the sites of the level that is so much coarser.
 [[nodiscard]] Extent coarser(Extent sites, const Stride& stride);
+/// Returns how many sites all coarser levels have together, over those of the image: about 1/3 and in a
+/// volume 1/7, more where cells are long.
+[[nodiscard]] double coarse_share(Extent sites, std::array<double, 3> sides);
 
 /// How far a sweep goes towards the minimum of each site of an image of squares. There no wave has more than
 /// 3.25 times the stiffness of its sites where the Poisson ratio is not negative (element by element,

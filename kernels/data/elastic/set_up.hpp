@@ -45,6 +45,16 @@ HDM_FUNCTION std::array<Real, 6> inverse_of_symmetric(const std::array<Real, 6>&
           no_z ? Real(0) : (xx * yy - xy * xy) * factor};
 }
 
+/// Return the moments of the first and of the second power along an axis of what two cells make beside each
+/// other along it, on the scale of the sum of their own: `low_1` is of the first power in the lower one.
+HDM_FUNCTION float first_moment(float low_0, float low_1, float high_0, float high_1) {
+  return 0.5F * ((low_1 - low_0) + (high_1 + high_0));
+}
+HDM_FUNCTION float second_moment(float low_0, float low_1, float low_2, float high_0, float high_1,
+                                 float high_2) {
+  return 0.25F * ((low_2 - 2.0F * low_1 + low_0) + (high_2 + 2.0F * high_1 + high_0));
+}
+
 /// Sets the moments of the image's cells from the moduli of its pixels.
 void set_image_moments(ElasticLevel& image, const Level& full);
 /// Sets the moments of a coarse level's cells from those of their children. Children that stick out of the

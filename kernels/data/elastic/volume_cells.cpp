@@ -93,9 +93,8 @@ HDM_FUNCTION void join(CellRow& low, const CellRow& high, std::size_t step) {
     const auto& high_2 = high[first + 2 * step];
 #pragma omp simd
     for (std::size_t i = 0; i < lanes; ++i) {
-      const float one = 0.5F * ((low_1[i] - low_0[i]) + (high_1[i] + high_0[i]));
-      const float two =
-          0.25F * ((low_2[i] - 2.0F * low_1[i] + low_0[i]) + (high_2[i] + 2.0F * high_1[i] + high_0[i]));
+      const float one = first_moment(low_0[i], low_1[i], high_0[i], high_1[i]);
+      const float two = second_moment(low_0[i], low_1[i], low_2[i], high_0[i], high_1[i], high_2[i]);
       low_0[i] = low_0[i] + high_0[i];
       low_1[i] = one;
       low_2[i] = two;
