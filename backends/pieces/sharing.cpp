@@ -30,8 +30,8 @@ Box on_level(const Box& part, std::span<const Extent> levels, int level) {
   return box;
 }
 
-/// The cut of the image on another level. Along axes that were halved less often pieces have a wider halo
-/// than is said here: what holds for `halo` sites there holds for as many as these were.
+/// Returns the cut of the image on another level. Along an axis that was halved less often than others the
+/// halo is wider than Cut::halo says: what is right for so many sites is right there, too.
 LevelShare on_level(const Cut& image_cut, std::span<const Extent> levels, int level, int places) {
   Cut cut = image_cut;
   cut.halo >>= level;

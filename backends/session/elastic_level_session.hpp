@@ -160,10 +160,7 @@ private:
   [[nodiscard]] int levels() const { return static_cast<int>(slots_.size()); }
   [[nodiscard]] bool has_masked(int level) const { return !level_at(level).masked.empty(); }
   /// ElasticKernel::halved of the step from a level to the next coarser one.
-  [[nodiscard]] int halved(int level) const {
-    const Stride& stride = level_at(level + 1).stride;
-    return (stride[0] - 1) | (stride[1] - 1) << 1 | (stride[2] - 1) << 2;
-  }
+  [[nodiscard]] int halved(int level) const { return halved_axes(level_at(level + 1).stride); }
   [[nodiscard]] std::array<float, 3> law(int level) const {
     const ElasticRatios<float>& ratio = level_at(level).ratio;
     return is_volume_ ? std::array{ratio.lame, ratio.y, ratio.z} : std::array{ratio.nu, ratio.shear, ratio.y};

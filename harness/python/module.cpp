@@ -140,7 +140,7 @@ py::list list_scenes() {
   return object_of(rows);
 }
 
-/// Those of the names; without names all but the first one, which they are compared with.
+/// Returns the backends of these names; without names all but the first one, with which they are compared.
 std::vector<const Backend*> beside_reference(const std::vector<std::unique_ptr<Backend>>& registry,
                                              const std::optional<std::vector<std::string>>& names) {
   std::vector<const Backend*> found;

@@ -330,8 +330,8 @@ void require_memory(const Scene& scene) {
       has_laws(scene.full) ? 90.0 : 0.0; // the peak of `run ball --size 200x200x200` was 207
   double of_long_cells = 0.0;
   if (scene.energy->is_of_cells()) {
-    // Of a site of a coarse level, by the peaks of boxes of 1 x 1 x 5 and 1 x 5 x 5: 156 and 240 bytes a
-    // voxel.
+    // A site of a coarse level has so many, by the peaks of `run` with boxes of 1 x 1 x 5 and 1 x 5 x 5: 156
+    // and 240 bytes a voxel.
     const double floats = extent.axes() == 3 ? 45.0 : 19.0;
     of_long_cells = sizeof(float) * floats *
                     (coarse_share(extent, scene.full.sides) - coarse_share(extent, {1.0, 1.0, 1.0}));

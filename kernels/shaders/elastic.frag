@@ -36,7 +36,7 @@ uniform vec4 numbers;              // factor; 0
 #include "elastic.glsl"
 #endif
 
-// How many sites of the finer level lead from one of the coarser level to the next.
+// STRIDE is how many sites of the finer level lead from one of the coarser level to the next.
 #define STRIDE Vector(1 + HALVED_X, 1 + HALVED_Y AND_Z(1 + HALVED_Z))
 
 // Component by component.

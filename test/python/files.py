@@ -1,4 +1,4 @@
-"""Images as the command line reads and writes them: NRRD, and what `hdmbench` is called with."""
+"""Images as the command line reads and writes them: NRRD, and what `hdmbench` is called with; labels of tests."""
 
 import json
 import os
@@ -11,6 +11,16 @@ import numpy as np
 program = os.environ["HDMBENCH_PROGRAM"]
 types = {"unsigned char": "u1", "short": "<i2", "int": "<i4", "float": "<f4", "double": "<f8"}
 names = {np.dtype(code): name for name, code in types.items()}
+moduli = {0: 2.0, 1: 3.0, 7: 0.5}  # of labels_of()
+
+
+def labels_of(shape):
+    """Tissues that no symmetry maps onto themselves."""
+    at = np.indices(shape)
+    labels = np.zeros(shape, "<i2")
+    labels[(at[0] > 3) & (at[1] < shape[1] - 2)] = 1
+    labels[sum(at) > 1.4 * max(shape)] = 7
+    return labels
 
 
 def write_nrrd(file, array, *, spacing=None, axes=None, origin=None, components=False):

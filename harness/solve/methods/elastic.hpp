@@ -114,9 +114,9 @@ private:
   double slenderness_; ///< of the sheet or body
   Timings timings_;
   std::vector<LevelResult> work_;
-  /// Whether a W cycle improves a level twice. One that is coarser along a single axis only has half as many
-  /// sites as the finer one, and would take longer than it helps.
-  std::vector<bool> is_worth_two_;
+  /// Whether a W cycle improves each level twice. One that is coarser along a single axis only has half as
+  /// many sites as the finer one, and would take longer than it helps.
+  std::vector<bool> visited_twice_;
   VectorField start_;        ///< extended conditions, or that of pull(); only where sprung_
   bool sprung_ = false;      ///< the session has the way from start_, and its load was made once
   bool has_springs_ = false; ///< of the level: only then settle() reads it

@@ -187,11 +187,11 @@ void ElasticSolver::follow(const Level& level, const ElasticModel& model, Scalar
 void ElasticSolver::load(ElasticHierarchy hierarchy) {
   may_end_here();
   work_.clear();
-  is_worth_two_.clear();
+  visited_twice_.clear();
   for (const ElasticLevel& level : hierarchy.levels) {
     work_.push_back({.level = static_cast<int>(work_.size()), .extent = level.grid.sites});
     const Stride& stride = level.stride;
-    is_worth_two_.push_back(stride[0] + stride[1] + (level.grid.axes() == 3 ? stride[2] : 1) >= 5);
+    visited_twice_.push_back(stride[0] + stride[1] + (level.grid.axes() == 3 ? stride[2] : 1) >= 5);
   }
   timed(timings_.upload, [&] { session_.load(std::move(hierarchy)); });
 }
@@ -244,7 +244,7 @@ void ElasticSolver::improve(int level, ElasticField field, bool from_zero) {
   }
   restrict_residual(level, field);
   improve(level + 1, ElasticField::correction, true);
-  if (level + 1 < coarsest() && is_worth_two_[static_cast<std::size_t>(level) + 1]) { // a W cycle
+  if (level + 1 < coarsest() && visited_twice_[static_cast<std::size_t>(level) + 1]) { // a W cycle
     improve(level + 1, ElasticField::correction, false);
   }
   session_.correct(level, field);

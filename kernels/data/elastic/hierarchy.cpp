@@ -56,18 +56,13 @@ void for_each_cell(Extent cells, const Call& call) {
   });
 }
 
-/// The bits of the axes along which a cell has two children, x in the lowest one.
-unsigned halved_axes(const Stride& stride) {
-  return (stride[0] == 2 ? 1U : 0U) | (stride[1] == 2 ? 2U : 0U) | (stride[2] == 2 ? 4U : 0U);
-}
-
 /// What conditions make of a coarse level's cells. One is cut where a coarse function of it is at home on a
 /// site with a prescribed component and may move there. `fine` are the prescribed components of the finer
 /// level, `coarse` of this one (null: none), `children` the finer level's kinds, empty where all are whole.
 template <std::size_t axes>
 CellKinds kinds_of(Extent cells, const RingedGrid& grid, const Prescribed* fine, const Prescribed* coarse,
                    const RingedGrid& coarse_grid, const Stride& stride, const CellKinds& children) {
-  const unsigned halved = halved_axes(stride);
+  const auto halved = static_cast<unsigned>(halved_axes(stride));
   CellKinds kinds{cells, std::vector<CellKind>(cells.sites(), CellKind::whole), {}};
   constexpr std::size_t corners = std::size_t{1} << axes;
   const auto is_cut = [&](int x, int y, int z) {
@@ -147,7 +142,7 @@ bool are_alike(const ElasticLevel& level, std::size_t a, std::size_t b) {
 /// are empty where all cells are whole.
 CellMatrix galerkin(const ElasticLevel& fine, const Stride& stride, const CellKinds& kinds,
                     const Prescribed* prescribed, int x, int y, int z) {
-  const unsigned halved = halved_axes(stride);
+  const auto halved = static_cast<unsigned>(halved_axes(stride));
   const std::size_t axes = fine.grid.axes();
   const Extent cells = fine.grid.cells();
   CellMatrix sum(axes);
@@ -279,16 +274,17 @@ bool is_coarsest(Extent sites) {
 /// Makes the sites of levels respond, one level after the other from the image on.
 class Responses {
 public:
-  Responses(const Level& full, const ElasticModel& model)
-      : full_(full), poisson_(model.poisson), sides_(full.sides), contrast_(contrast_of(full.modulus)),
-        bend_(model.integration == Integration::full ? 1.0 : 0.0) {
+  /// `bend`: of the image's cells.
+  Responses(const Level& full, double poisson, float bend)
+      : full_(full), poisson_(poisson), sides_(full.sides), contrast_(contrast_of(full.modulus)),
+        bend_(bend) {
     prepare();
   }
 
   [[nodiscard]] const std::array<double, 3>& sides() const { return sides_; }
   [[nodiscard]] ElasticRatios<float> ratio() const { return ElasticRatios<float>::of(poisson_, sides_); }
   /// The next level is so much coarser.
-  void go_on(const Stride& stride) {
+  void coarsen(const Stride& stride) {
     const std::array<double, 3> before = sides_;
     for (std::size_t axis = 0; axis < 3; ++axis) { // the third of an image is a side without a cell
       sides_[axis] *= stride[axis];
@@ -326,7 +322,7 @@ private:
   double poisson_;
   std::array<double, 3> sides_; ///< of the level's cells
   double contrast_;
-  double bend_;                                ///< of the image's cells
+  double bend_;
   std::array<int, 3> cells_of_image_{1, 1, 1}; ///< in one of the level's, along each axis
   float of_image_ = 0.0F;
   std::optional<VolumeRelaxation> of_volume_;
@@ -353,7 +349,7 @@ ElasticHierarchy hierarchy_of(const Level& full, const ElasticModel& model, cons
   ElasticHierarchy hierarchy;
   ElasticLevel& image = hierarchy.levels.emplace_back(image_level(full, model));
   Prescribed prescribed(full, image.grid); // of the last level
-  Responses responses(full, model);
+  Responses responses(full, model.poisson, image.bend);
   may_end_here();
   CellKinds kinds; // of the last level
   if (spring_at != nullptr && full.extent.width > 1 && full.extent.height > 1) {
@@ -364,7 +360,7 @@ ElasticHierarchy hierarchy_of(const Level& full, const ElasticModel& model, cons
     const ElasticLevel& fine = hierarchy.levels.back();
     const bool is_image = hierarchy.levels.size() == 1;
     const Stride stride = stride_of(responses.sides(), full.extent.axes());
-    responses.go_on(stride);
+    responses.coarsen(stride);
     ElasticLevel level = empty_level(coarser(fine.grid.sites, stride), is_volume ? 23 : 6);
     level.stride = stride;
     level.ratio = responses.ratio();

@@ -114,6 +114,10 @@ struct ElasticHierarchy {
 /// long as another, only those that are short become longer: on long cells a sweep leaves waves across their
 /// long sides that no coarser cell has.
 [[nodiscard]] Stride stride_of(const std::array<double, 3>& sides, std::size_t axes);
+/// Returns the axes along which a level is halved, x in the lowest bit; of an image the third is set.
+[[nodiscard]] constexpr int halved_axes(const Stride& stride) {
+  return (stride[0] - 1) | (stride[1] - 1) << 1 | (stride[2] - 1) << 2;
+}
 /// Returns the sites of the level that is so much coarser.
 [[nodiscard]] Extent coarser(Extent sites, const Stride& stride);
 /// Returns how many sites all coarser levels have together, over those of the image: about 1/3 and in a
