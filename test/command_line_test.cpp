@@ -293,6 +293,21 @@ TEST_F(Inputs, AnAccuracyMayBeInMillimetres) {
   EXPECT_EQ(read_json(at("px.json"))["results"][0]["plan"]["asked_px"], 0.1);
 }
 
+/// Neo-Hookean tissue where the accuracy asks for it, the linear law where that is near enough.
+TEST_F(Inputs, AnAccuracyDecidesOnTheLaw) {
+  const auto plan_for = [&](const std::string& accuracy) {
+    (void)run("run square --size 150 --energy auto --no-pictures --json row.json --accuracy " + accuracy);
+    return read_json(at("row.json"))["results"][0];
+  };
+  const nlohmann::json by_law = plan_for("0.02px");
+  EXPECT_FALSE(by_law["plan"].contains("linear_distance_px"));
+  const nlohmann::json linear = plan_for("1px");
+  EXPECT_GT(linear["plan"]["linear_distance_px"], 0.02);
+  EXPECT_LT(linear["plan"]["linear_distance_px"], 0.2);
+  EXPECT_TRUE(linear["plan"]["met"] && by_law["plan"]["met"]);
+  EXPECT_LT(linear["plan"]["fine_sweep_equivalents"], by_law["plan"]["fine_sweep_equivalents"]);
+}
+
 TEST(CommandLine, WhatNeverEndsIsNotRead) {
   const test::TemporaryFolder folder;
   const std::string pipe = folder.path() / "pipe";

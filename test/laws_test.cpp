@@ -263,7 +263,8 @@ TEST(Laws, SolutionsAreThoseOfNewtonsMethod) {
           one.poisson, one.parts);
       const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
       int cycles = 0;
-      const Solution found = solve_by_laws(scene, *session, 1e-4, [&](const LawStep& /*step*/) { ++cycles; });
+      const Solution found = solve_by_laws(scene.full, scene.elastic, *session, 1e-4,
+                                           [&](const LawStep& /*step*/) { ++cycles; });
       EXPECT_EQ(found.failure, "") << one.name;
       const double error = rmsd(ReferenceField(found.displacement), truth);
       Level linear = level;
@@ -307,7 +308,8 @@ TEST(Laws, AUniformStrainGoesThrough) {
     scene.full = level;
     set_inverse_modulus(scene.full);
     const auto session = test::scalar().open_elastic({});
-    const Solution found = solve_by_laws(scene, *session, 1e-4, [](const LawStep& /*step*/) {});
+    const Solution found =
+        solve_by_laws(scene.full, scene.elastic, *session, 1e-4, [](const LawStep& /*step*/) {});
     EXPECT_EQ(found.failure, "");
     EXPECT_LT(rmsd(ReferenceField(found.displacement), ReferenceField(affine)), 1e-4);
     const Matrix3d in_plane =
@@ -332,7 +334,8 @@ TEST(Laws, EveryBackendAndAnyNumberOfThreadsHasTheSameBits) {
     for (const auto& [backend, threads] : all) {
       const auto session = backend->open_elastic({.device = {}, .threads = threads});
       omp_set_num_threads(threads == 0 ? 2 : threads);
-      const Solution found = solve_by_laws(scene, *session, 0.01, [](const LawStep& /*step*/) {});
+      const Solution found =
+          solve_by_laws(scene.full, scene.elastic, *session, 0.01, [](const LawStep& /*step*/) {});
       EXPECT_EQ(found.failure, "");
       first = first ? first : found.displacement;
       EXPECT_EQ(first->planes, found.displacement.planes) << backend->name() << ", " << threads << " threads";
@@ -345,7 +348,7 @@ TEST(Laws, WhatCannotBeAnsweredIsSaid) {
   const auto solved = [](const Case& one, Extent extent) {
     const Scene scene = scene_of(extent, one);
     const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
-    return solve_by_laws(scene, *session, 0.01, [](const LawStep& /*step*/) {});
+    return solve_by_laws(scene.full, scene.elastic, *session, 0.01, [](const LawStep& /*step*/) {});
   };
   const Solution turned_over = solved(
       {"turned over",
@@ -370,7 +373,8 @@ TEST(Laws, AnAccuracyBeyondFloatEndsWhereStepsAreNoise) {
   const Scene scene = scene_of({61, 50}, cases().front());
   const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
   int cycles = 0;
-  const Solution found = solve_by_laws(scene, *session, 1e-9, [&](const LawStep& /*step*/) { ++cycles; });
+  const Solution found =
+      solve_by_laws(scene.full, scene.elastic, *session, 1e-9, [&](const LawStep& /*step*/) { ++cycles; });
   EXPECT_EQ(found.failure, "");
   EXPECT_LT(cycles, 80);
   EXPECT_GT(*found.estimated_error, 1e-7);
@@ -382,7 +386,7 @@ TEST(Laws, SmallStrainsTakeNoMoreThanTheLinearSolution) {
   const Scene scene = scene_of({61, 50}, {"little", [](Level& level) { stretch(level, 0.001); }});
   const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
   int cycles = 0;
-  (void)solve_by_laws(scene, *session, 0.01,
+  (void)solve_by_laws(scene.full, scene.elastic, *session, 0.01,
                       [&](const LawStep& step) { cycles += step.extent == scene.extent() ? 1 : 0; });
   EXPECT_EQ(cycles, 1);
 }

@@ -44,10 +44,12 @@ Options schedule_options(bool takes_energies) {
     std::ranges::transform(
         registered_energies(), std::back_inserter(choices),
         [](const RegisteredEnergy* one) { return fmt::format("{} ({})", one->name, one->summary); });
-    add("--energy", fmt::format("TEXT:{{{}}}", fmt::join(energy_names(), ",")),
-        fmt::format("What the displacement minimises: {}; a method brings its own",
-                    fmt::join(choices, " or ")),
-        [](ScheduleOverrides& schedule, const std::string& name) { schedule.energy = &find_energy(name); });
+    add("--energy", fmt::format("TEXT:{{{},auto}}", fmt::join(energy_names(), ",")),
+        fmt::format(
+            "What the displacement minimises: {}; a method brings its own. auto, with run --accuracy: "
+            "elastic, and neo-Hookean tissue where that makes a difference",
+            fmt::join(choices, " or ")),
+        [](ScheduleOverrides& schedule, const std::string& name) { schedule.choose_energy(name); });
   }
   const auto add_key = [&](std::string_view key, std::string_view takes, std::string_view help,
                            bool is_of_all = true) {
@@ -67,7 +69,10 @@ Options schedule_options(bool takes_energies) {
 
 std::string schedule_words(const ScheduleOverrides& schedule,
                            const std::optional<std::string>& other_method) {
-  std::string result = schedule.energy == nullptr ? "" : fmt::format(" --energy {}", schedule.energy->name);
+  std::string result =
+      schedule.energy == nullptr
+          ? ""
+          : fmt::format(" --energy {}", schedule.law.empty() ? schedule.energy->name : "auto");
   for (const auto& [key, value] : schedule.given) {
     if (key != "method" || !other_method) {
       result += fmt::format(" {} {}", option_of(key), shell_word(value));
@@ -93,15 +98,16 @@ Options comparison_options() {
 }
 
 Scene scene_of(const Call& call, const Option<std::string>& name) {
-  Scene scene = load_scene(call[name], {.size = parse_any_size(call[option::size]),
-                                        .orientation = call[option::orientation],
-                                        .slice = call[option::slice],
-                                        .tissues = call[option::tissues],
-                                        .points = call[option::points],
-                                        .law = call[option::law],
-                                        .idle_point = call.idle_point,
-                                        .energy = call.schedule.energy_to_be(),
-                                        .as_cubes = !call.schedule.takes_boxes});
+  Scene scene =
+      load_scene(call[name], {.size = parse_any_size(call[option::size]),
+                              .orientation = call[option::orientation],
+                              .slice = call[option::slice],
+                              .tissues = call[option::tissues],
+                              .points = call[option::points],
+                              .law = call[option::law].empty() ? call.schedule.law : call[option::law],
+                              .idle_point = call.idle_point,
+                              .energy = call.schedule.energy_to_be(),
+                              .as_cubes = !call.schedule.takes_boxes});
   call.schedule.apply(scene);
   return scene;
 }

@@ -172,6 +172,7 @@ json plan_row(const Scene& scene, const Request& request, const Plan& plan) {
            {"steps", json::array()},
            {"asked_px", request.accuracy},
            {"asked_seconds", request.seconds},
+           {"linear_distance_px", plan.linear_distance},
            {"estimated_px", plan.solution.estimated_error}};
   for (const PlanStep& step : plan.steps) {
     row["steps"].push_back(with_size({{"action", step.action},
@@ -296,6 +297,9 @@ void print_way(const Solved& solved, const json& row, bool explained) {
                  ? fmt::format(" on the resampled {}", solved.is_volume() ? "cubes" : "squares")
                  : "",
              fine_sweep_equivalents(*solved.plan));
+  if (const std::optional<double>& distance = solved.plan->linear_distance) {
+    fmt::print("  the linear law stands: the law of large strains is about {:.2g} px from it\n", *distance);
+  }
 }
 
 /// Prints what came out, and what speaks against it.

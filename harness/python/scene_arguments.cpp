@@ -128,6 +128,7 @@ SceneToLoad load_of_file(const SceneArguments& given, SceneOptions options) {
   return {[name, options](ScheduleOverrides& schedule) {
     SceneOptions own = options;
     own.energy = schedule.energy_to_be();
+    own.law = schedule.law;
     Scene scene = load_scene(name, own);
     schedule.apply(scene);
     return scene;
@@ -160,6 +161,7 @@ SceneToLoad load_of_arrays(const SceneArguments& given, SceneOptions options) {
               [in_memory, options](ScheduleOverrides& schedule) {
                 SceneOptions own = options;
                 own.energy = schedule.energy_to_be();
+                own.law = schedule.law;
                 Scene scene = make_scene(std::move(*in_memory), own);
                 schedule.apply(scene);
                 return scene;
@@ -180,7 +182,7 @@ ScheduleOverrides schedule_of(const py::object& energy, const py::object& method
                               const py::object& iterations, const py::object& poisson) {
   ScheduleOverrides schedule{.takes_boxes = true};
   if (!energy.is_none()) {
-    schedule.energy = &find_energy(energy.cast<std::string>());
+    schedule.choose_energy(energy.cast<std::string>());
   }
   for (const auto& [key, value] :
        {std::pair("method", method), {"iterations", iterations}, {"poisson", poisson}}) {

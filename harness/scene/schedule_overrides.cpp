@@ -16,6 +16,12 @@ std::string option_of(std::string_view key) {
   return name;
 }
 
+void ScheduleOverrides::choose_energy(std::string_view name) {
+  const bool as_needed = name == "auto";
+  energy = as_needed ? &energy_near(ReferenceSolution::finite_elements) : &find_energy(name);
+  law = as_needed ? "neo-hookean" : "";
+}
+
 const RegisteredEnergy*
 ScheduleOverrides::energy_to_be(const std::optional<std::string>& other_method) const {
   const auto own_method = given.find("method");
@@ -26,6 +32,10 @@ ScheduleOverrides::energy_to_be(const std::optional<std::string>& other_method) 
 }
 
 void ScheduleOverrides::apply(Scene& scene, const std::optional<std::string>& other_method) const {
+  if (!law.empty() && !plans) {
+    throw InputError("--energy auto takes the law of large strains where an accuracy needs it: it belongs to "
+                     "run --accuracy, give --energy elastic here");
+  }
   if (energy != nullptr) {
     use_energy(scene, *energy);
   }

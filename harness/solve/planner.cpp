@@ -9,6 +9,7 @@
 #include "harness/solve/set_aside.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/elastic/law_forces.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/modulus.hpp"
@@ -82,7 +83,7 @@ public:
 
   Plan run() {
     if (!solve_sampled()) {
-      solve_image();
+      has_laws(scene_.full) ? solve_image_by_laws() : solve_image();
     }
     conclude(plan_, scene_, request_, clock_.seconds(), mistrust_);
     return std::move(plan_);
@@ -146,7 +147,12 @@ private:
         continue;
       }
       const double begin = clock_.seconds();
+      decide_on_laws_ = true;
       now.field = solve(now.level);
+      decide_on_laws_ = false;
+      if (!failure_of_laws_.empty()) {
+        return false;
+      }
       const double seconds = clock_.seconds() - begin;
       const double moved =
           before ? rms_difference(prolongate(before->field, extent, sampled_alignment), now.field) : 0.0;
@@ -190,11 +196,60 @@ private:
   /// Full multigrid alone can be far off on a coarse image, too, so steps of conjugate gradients follow,
   /// until what is left matters little to the request.
   VectorField solve(const Level& sampled) {
-    ElasticSolver solver(sampled, scene_.elastic, session_);
+    if (laws_matter_) {
+      return solve_by_laws_in_own_pixels(sampled);
+    }
+    ElasticSolver solver(sampled, scene_.elastic, session_, Strains::linearised);
     const double enough = request_.accuracy ? share_of_steps * *request_.accuracy : unknown;
     solve_within(enough, most_steps, sampled, solver);
     add_work(solver);
-    return solver.result();
+    if (!has_laws(sampled) || !decide_on_laws_) {
+      return solver.result();
+    }
+    VectorField linear = solver.displacement();
+    if (linear_stands(sampled, linear, solver)) {
+      return linear;
+    }
+    laws_matter_ = true;
+    return solve_by_laws_in_own_pixels(sampled);
+  }
+
+  /// Whether the linear solution of an image is as near to what its laws have as is asked for.
+  bool linear_stands(const Level& sampled, const VectorField& field, ElasticSolver& solver) {
+    Level own = sampled;
+    const double pixel = take_own_pixels(own, scene_.full);
+    const auto [distance, smallest] =
+        distance_of_linear(own, scene_.elastic, in_other_pixels(field, 1.0, pixel), solver);
+    const bool is_far = !(smallest >= least_of_linear);
+    of_linear_ = pixel * distance;
+    const bool stands = !is_far && of_linear_ <= believed_share_of_distance * *request_.accuracy;
+    note(sampled.extent, stands ? "linear law" : "law of large strains",
+         is_far ? fmt::format("a cell keeps {:.2g} of its {} by the linear law, which is far from the other",
+                              smallest, sampled.extent.axes() == 3 ? "volume" : "area")
+                : fmt::format("the linear solution is about {:.2g} px from the other law's", of_linear_),
+         0.0, is_far ? unknown : of_linear_);
+    return stands;
+  }
+
+  VectorField solve_by_laws_in_own_pixels(const Level& sampled) {
+    Level own = sampled;
+    const double pixel = take_own_pixels(own, scene_.full);
+    Solution solution = solve_by_laws(own, scene_.elastic, session_,
+                                      share_of_steps * *request_.accuracy / pixel, [](const LawStep&) {});
+    std::vector<LevelResult>& levels = plan_.solution.levels;
+    levels.insert(levels.end(), solution.levels.begin(), solution.levels.end());
+    plan_.solution.timings.add(solution.timings);
+    failure_of_laws_ = solution.failure + solution.beyond_law;
+    of_linear_ = 0.0;
+    return in_other_pixels(std::move(solution.displacement), pixel, 1.0);
+  }
+
+  /// Whether no cell of the image is turned over or nearly so by what was interpolated.
+  bool keeps_cells(const VectorField& displacement) {
+    VectorField forces;
+    const LeastVolume least = LawForces(scene_.full, scene_.elastic)(displacement, forces);
+    plan_.solution.least_volume = least.share;
+    return least.share >= least_of_linear;
   }
 
   /// With a margin: the next step may take longer than the last one, and the field is to be read.
@@ -237,17 +292,41 @@ private:
     const double in_all = error < unknown ? std::hypot(error, 0.5 * interpolated.gap(),
                                                        due_to(interpolated.imposed.unknown, sampled))
                                           : unknown;
-    if (!no_time && !is_accurate(in_all)) {
+    if ((!no_time && !is_accurate(std::hypot(in_all, of_linear_))) || !failure_of_laws_.empty() ||
+        (has_laws(scene_.full) && !keeps_cells(interpolated.field))) {
       return false;
     }
     plan_.solution.displacement = std::move(interpolated.field);
+    if (has_laws(scene_.full) && !laws_matter_) {
+      plan_.linear_distance = of_linear_;
+    }
     if (in_all < unknown) {
-      plan_.solution.estimated_error = likely_share * in_all;
+      plan_.solution.estimated_error = std::hypot(likely_share * in_all, of_linear_);
     }
     note(scene_.extent(), "interpolation",
          no_time ? "the time is up" : "finer images are expected to move the field by less than is asked for",
          0.0, in_all);
     return true;
+  }
+
+  /// Laws of large strains have steps of their own, image by image, which end after one where the linear
+  /// solution is good enough.
+  void solve_image_by_laws() {
+    Solution solution =
+        solve_by_laws(scene_.full, scene_.elastic, session_, *request_.accuracy, [&](const LawStep& step) {
+          const std::string reason = step.of_linear
+                                         ? "the linear solution is about so far from the law's"
+                                         : fmt::format("the least cell keeps {:.2g} of its {}", step.smallest,
+                                                       step.extent.axes() == 3 ? "volume" : "area");
+          note(step.extent, "cycle by laws", reason, step.moved, step.error);
+          progress_.describe(
+              fmt::format("{} {}: {:.2g} px left", scene_.name, step.extent.text(), step.error));
+        });
+    solution.levels.insert(solution.levels.begin(), plan_.solution.levels.begin(),
+                           plan_.solution.levels.end());
+    solution.timings.add(plan_.solution.timings);
+    plan_.solution = std::move(solution);
+    mistrust_ = plan_.solution.beyond_law;
   }
 
   /// Why a step of conjugate gradients follows on those that `error` knows.
@@ -333,7 +412,11 @@ private:
   Progress& progress_;
   std::vector<Extent> extents_;
   Plan plan_;
-  std::string mistrust_; ///< why the estimate cannot be believed; empty: it can
+  bool decide_on_laws_ = false; ///< whether the next image says if they matter
+  bool laws_matter_ = false;    ///< whether images are solved by them from now on
+  double of_linear_ = 0.0;      ///< pixels: how far a linear solution is from what laws have
+  std::string failure_of_laws_; ///< why an image has no solution by them; empty: it has
+  std::string mistrust_;        ///< why the estimate cannot be believed; empty: it can
 };
 
 } // namespace
@@ -364,35 +447,6 @@ double fine_sweep_equivalents(const Plan& plan) {
          static_cast<double>(plan.solution.displacement.extent.sites());
 }
 
-namespace {
-
-/// Laws of large strains have steps of their own, image by image.
-Plan solve_as_needed_by_laws(const Scene& scene, const Request& request, ElasticSession& session,
-                             Progress& progress) {
-  if (!request.accuracy || request.seconds) {
-    throw InputError("tissues with a law of large strains are solved to an accuracy, not within a time; give "
-                     "--accuracy alone");
-  }
-  const Clock clock;
-  Plan plan;
-  plan.solution = solve_by_laws(scene, session, *request.accuracy, [&](const LawStep& step) {
-    plan.steps.push_back({.extent = step.extent,
-                          .action = "cycle by laws",
-                          .reason = step.of_linear
-                                        ? "the linear solution is about so far from the law's"
-                                        : fmt::format("the least cell keeps {:.2g} of its {}", step.smallest,
-                                                      step.extent.axes() == 3 ? "volume" : "area"),
-                          .moved = step.moved,
-                          .expected_error = step.error,
-                          .seconds = clock.seconds()});
-    progress.describe(fmt::format("{} {}: {:.2g} px left", scene.name, step.extent.text(), step.error));
-  });
-  conclude(plan, scene, request, clock.seconds(), plan.solution.beyond_law);
-  return plan;
-}
-
-} // namespace
-
 Plan solve_as_needed(Scene& scene, const Request& request, const Backend& backend,
                      const SessionOptions& options, Progress& progress) {
   Solver solver(backend, options);
@@ -409,8 +463,9 @@ Plan solve_as_needed(Scene& scene, const Request& request, Solver& solver, Progr
   if (std::optional<Scene> scaled = with_safe_moduli(scene)) {
     return solve_as_needed(*scaled, request, solver, progress);
   }
-  if (has_laws(scene.full)) {
-    return solve_as_needed_by_laws(scene, request, solver.elastic(), progress);
+  if (has_laws(scene.full) && (!request.accuracy || request.seconds)) {
+    throw InputError("tissues with a law of large strains are solved to an accuracy, not within a time; give "
+                     "--accuracy alone");
   }
   return Planner(scene, request, solver.elastic(), progress).run();
 }

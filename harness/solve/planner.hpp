@@ -35,6 +35,9 @@ struct PlanStep {
 struct Plan {
   Solution solution; ///< with estimated_error, where there is one
   std::vector<PlanStep> steps;
+  /// Where tissues have laws of large strains and the linear solution is near enough to what they have: how
+  /// far it is from that, pixels.
+  std::optional<double> linear_distance{};
   bool met = false;    ///< the estimate is within the accuracy, the clock within the seconds
   std::string outcome; ///< one sentence for people
 };

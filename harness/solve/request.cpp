@@ -68,6 +68,7 @@ void require_near_finite_elements(const RegisteredEnergy& energy, std::string_vi
 }
 
 Scene load_to_solve(ScheduleOverrides& schedule, bool is_asked, const std::function<Scene()>& load) {
+  schedule.plans = is_asked;
   if (!is_asked || schedule.energy != nullptr) {
     return load();
   }

@@ -107,6 +107,11 @@ class SameBits(InFolder):
         self.assertLess(row["least_volume"], 1.0)
         self.assertFalse((linear == expected).all())
         self.same(hdmbench.solve(labels, laws, pairs, spacing=2).displacement, expected)
+        expected, _ = self.command(labels, "--energy", "auto", "--accuracy", "0.001px", *self.points(pairs),
+                                   spacing=(2, 2, 2))
+        self.same(hdmbench.solve(labels, moduli, pairs, spacing=2, energy="auto", accuracy="0.001px").displacement,
+                  expected)
+        self.assertFalse((linear == expected).all())
 
     def test_shipped_scenes(self):
         for scene, options, words in (

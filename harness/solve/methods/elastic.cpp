@@ -129,7 +129,7 @@ Solution solve_elastic(const Scene& scene, ElasticSession& session, Progress& pr
     return solve_elastic(*scaled, session, progress, options);
   }
   if (has_laws(scene.full)) {
-    return solve_by_laws(scene, session, usual_law_accuracy, [&](const LawStep& step) {
+    return solve_by_laws(scene.full, scene.elastic, session, usual_law_accuracy, [&](const LawStep& step) {
       progress.describe(fmt::format("{} {}: {:.2g} px left, least volume {:.2g}", scene.name,
                                     step.extent.text(), step.error, step.smallest));
     });

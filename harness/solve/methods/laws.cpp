@@ -38,9 +38,7 @@ constexpr int most_steps = 150;
 /// twice as many and so many more. Most solutions end before.
 constexpr int first_look = 8;
 constexpr double worth_a_set_up = 8.0; ///< cycles, of which a hierarchy takes the time of four
-/// A linear solution that leaves a cell less of its volume is no start: the load comes in parts then.
-constexpr double least_of_start = 0.2;
-constexpr int parts_of_load = 4;
+constexpr int parts_of_load = 4;       ///< where the linear solution is no start
 
 /// to = value + factor * direction, component by component; all may be one field.
 void advance(VectorField& to, const VectorField& value, float factor, const VectorField& direction) {
@@ -99,7 +97,7 @@ public:
     linear_.full_multigrid();
     displacement_ = linear_.displacement();
     find_residual();
-    if (least_.share >= least_of_start) {
+    if (least_.share >= least_of_linear) {
       return true;
     }
     displacement_ = VectorField(level_.extent);
@@ -312,22 +310,9 @@ std::optional<Half> half_of(const Level& full) {
   }
   Half result{.level = sampled_image(full, block_moduli(full.modulus, full.inverse_modulus, coarse),
                                      BlockMean::geometric)};
-  Level& level = result.level;
-  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-    level.sides[axis] = full.sides[axis] * (extent.sides()[axis] - 1) / (coarse.sides()[axis] - 1);
-  }
-  const auto sides = std::span(level.sides).first(extent.axes());
-  result.pixel = std::ranges::min(sides);
-  for (double& side : sides) {
-    side /= result.pixel;
-  }
-  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-    for (float& target : level.target[axis]) {
-      target = static_cast<float>(double{target} / result.pixel);
-    }
-  }
+  result.pixel = take_own_pixels(result.level, full);
   try {
-    require_held(level);
+    require_held(result.level);
     return result;
   } catch (const InputError&) {
     return std::nullopt;
@@ -345,12 +330,7 @@ public:
     std::optional<VectorField> start;
     if (const std::optional<Half> half = half_of(level)) {
       VectorField coarse = solve(half->level, pixel * half->pixel, accuracy_of_starts, steps_of_starts);
-      start = prolongate(coarse, level.extent, sampled_alignment);
-      for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
-        for (float& component : (*start)[axis]) {
-          component = static_cast<float>(double{component} * half->pixel);
-        }
-      }
+      start = in_other_pixels(prolongate(coarse, level.extent, sampled_alignment), half->pixel, 1.0);
     }
     bool of_linear = false; // the next cycle
     LawSolver solver(level, model_, session_, [&](double left, double moved, double least) {
@@ -403,10 +383,43 @@ private:
 
 } // namespace
 
-Solution solve_by_laws(const Scene& scene, ElasticSession& session, double accuracy,
-                       const std::function<void(const LawStep&)>& say) {
-  Nested nested(scene.elastic, session, say);
-  VectorField displacement = nested.solve(scene.full, 1.0, accuracy, most_steps);
+LinearDistance distance_of_linear(const Level& level, const ElasticModel& model, const VectorField& solution,
+                                  ElasticSolver& linear) {
+  VectorField residual;
+  const LeastVolume least = LawForces(level, model)(solution, residual);
+  VectorField correction;
+  linear.correct(residual, correction);
+  return {.pixels = root_mean_square(correction), .smallest = least.share};
+}
+
+VectorField in_other_pixels(VectorField displacement, double from, double to) {
+  for (std::size_t axis = 0; axis < displacement.extent.axes(); ++axis) {
+    for (float& component : displacement[axis]) {
+      component = static_cast<float>(double{component} * from / to);
+    }
+  }
+  return displacement;
+}
+
+double take_own_pixels(Level& sampled, const Level& full) {
+  const std::size_t axes = full.extent.axes();
+  for (std::size_t axis = 0; axis < axes; ++axis) {
+    sampled.sides[axis] =
+        full.sides[axis] * (full.extent.sides()[axis] - 1) / (sampled.extent.sides()[axis] - 1);
+  }
+  const auto sides = std::span(sampled.sides).first(axes);
+  const double pixel = std::ranges::min(sides);
+  for (double& side : sides) {
+    side /= pixel;
+  }
+  sampled.target = in_other_pixels(std::move(sampled.target), 1.0, pixel);
+  return pixel;
+}
+
+Solution solve_by_laws(const Level& level, const ElasticModel& model, ElasticSession& session,
+                       double accuracy, const std::function<void(const LawStep&)>& say) {
+  Nested nested(model, session, say);
+  VectorField displacement = nested.solve(level, 1.0, accuracy, most_steps);
   nested.solution.displacement = std::move(displacement);
   return std::move(nested.solution);
 }

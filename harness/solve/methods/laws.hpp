@@ -1,7 +1,7 @@
 #pragma once
 
 #include "backends/shared/elastic_session.hpp"
-#include "harness/scene/scene.hpp"
+#include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/progress.hpp"
 #include "harness/solve/solve.hpp"
 
@@ -23,12 +23,37 @@ struct LawStep {
   double smallest = 0.0; ///< share of its volume that a cell has kept
 };
 
-/// Returns the displacement of a scene whose tissues have laws of large strains (kernels/specification/laws),
-/// within so many pixels of its end. Takes non-linear conjugate gradients on images of half, a quarter, ...
-/// as many sites a side and on the image itself; the cycle of the linear energy on `session` is their
-/// preconditioner, and the forces of the laws are the host's, so that all sessions have the same bits. Where
-/// it ends without an answer, Solution::failure says why. Throws as ElasticSolver does.
-[[nodiscard]] Solution solve_by_laws(const Scene& scene, ElasticSession& session, double accuracy,
-                                     const std::function<void(const LawStep&)>& say);
+/// How far the linear solution of a level is from what its laws have.
+struct LinearDistance {
+  double pixels = 0.0;   ///< RMS, by what a cycle makes of the forces of the laws: mostly within 2.5 times
+  double smallest = 0.0; ///< share of its volume that a cell has kept
+};
+
+/// A distance that is larger than this share of what is good enough is taken for too large: LinearDistance is
+/// up to 2.5 times too low, where thin layers differ a thousandfold.
+inline constexpr double believed_share_of_distance = 0.4;
+/// Below it a linear solution is so far from what laws have that a cycle says nothing of the distance.
+inline constexpr double least_of_linear = 0.2;
+
+/// Returns the distance of a displacement that is the linear solution of `level`, whose cycle `linear` has;
+/// what that solves has no meaning afterwards. Nothing but conditions may move the level.
+[[nodiscard]] LinearDistance distance_of_linear(const Level& level, const ElasticModel& model,
+                                                const VectorField& solution, ElasticSolver& linear);
+
+/// Returns a displacement, given in pixels whose side is `from`, in such of the side `to`.
+[[nodiscard]] VectorField in_other_pixels(VectorField displacement, double from, double to);
+
+/// Makes pixels of `sampled`, an image with the sites of `full` at its ends and the targets of it, its own:
+/// laws know how large a strain is. Returns how many pixels of `full` one is.
+double take_own_pixels(Level& sampled, const Level& full);
+
+/// Returns the displacement of an image or a volume whose tissues have laws of large strains
+/// (kernels/specification/laws), within so many pixels of its end. Takes non-linear conjugate gradients on
+/// images of half, a quarter, ... as many sites a side and on the image itself; the cycle of the linear
+/// energy on `session` is their preconditioner, and the forces of the laws are the host's, so that all
+/// sessions have the same bits. Where it ends without an answer, Solution::failure says why. Throws as
+/// ElasticSolver does.
+[[nodiscard]] Solution solve_by_laws(const Level& level, const ElasticModel& model, ElasticSession& session,
+                                     double accuracy, const std::function<void(const LawStep&)>& say);
 
 } // namespace hdmbench
