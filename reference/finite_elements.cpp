@@ -296,15 +296,18 @@ ElasticProblem elastic_problem(const Level& level) {
   if (sprung) {
     problem.spring = ReferenceField(level.extent);
   }
+  if (!level.springs.empty()) {
+    problem.spring_across = ReferenceField(level.extent);
+  }
   const auto is_certain = [](float confidence) -> std::uint8_t { return confidence >= 1.0F ? 1 : 0; };
-  const auto stiffness = [](float modulus, float confidence) {
-    return is_spring(confidence) ? spring_stiffness(modulus, confidence) : 0.0;
-  };
   for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
     const std::vector<float>& confidence = level.confidence[axis];
     std::ranges::transform(confidence, problem.fixed[axis].begin(), is_certain);
-    if (sprung) {
-      std::ranges::transform(level.modulus.values, confidence, problem.spring[axis].begin(), stiffness);
+    for (std::size_t site = 0; sprung && site < level.extent.sites(); ++site) {
+      problem.spring[axis][site] = spring_entry(level, site, axis, axis);
+      for (std::size_t other = 0; !level.springs.empty() && other < axis; ++other) {
+        problem.spring_across[axis + other - 1][site] = spring_entry(level, site, axis, other);
+      }
     }
   }
   return problem;
@@ -361,6 +364,15 @@ ElasticSystem assemble(const ElasticProblem& problem, const ElementRule& rule) {
       entries.emplace_back(at, at, component(problem.spring, i));
       system.right_side[at] += component(problem.spring, i) * component(problem.prescribed, i);
     }
+  }
+  for (std::size_t site = 0; site < problem.extent.sites(); ++site) {
+    for_each_coupled(problem, site, [&](std::size_t a, std::size_t b, double stiffness) {
+      const std::int32_t row = system.unknown[axes * site + a];
+      const std::int32_t column = system.unknown[axes * site + b];
+      entries.emplace_back(row, column, stiffness);
+      system.right_side[row] += stiffness * problem.prescribed[b][site];
+      system.right_side[column] += stiffness * problem.prescribed[a][site];
+    });
   }
   system.lower.setFromTriplets(entries.begin(), entries.end());
   return system;
@@ -485,6 +497,14 @@ double elastic_energy(const ElasticProblem& problem, const ElementRule& rule,
       const double way = component(displacement, i) - component(problem.prescribed, i);
       sum += fixed ? 0.0 : component(problem.spring, i) * way * way;
     }
+  }
+  for (std::size_t site = 0; site < problem.extent.sites(); ++site) {
+    for_each_coupled(problem, site, [&](std::size_t a, std::size_t b, double stiffness) {
+      const auto way = [&](std::size_t axis) {
+        return static_cast<double>(displacement[axis][site]) - problem.prescribed[axis][site];
+      };
+      sum += 2.0 * stiffness * way(a) * way(b);
+    });
   }
   return sum;
 }

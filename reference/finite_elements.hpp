@@ -53,8 +53,24 @@ struct ElasticProblem {
   /// The stiffness of a spring from every node to `prescribed`, MPa * thickness or voxel, >= 0; may be empty:
   /// none. Read where a component is not fixed.
   ReferenceField spring{};
+  /// What the spring along one axis does about the way along another: planes for x and y, x and z, y and z.
+  ReferenceField spring_across{};
   Point sides{1.0, 1.0, 1.0}; ///< of an element, as Level::sides
 };
+
+/// call(a, b, stiffness) for the pairs a > b of axes that the spring of a node couples, both of which are
+/// free.
+template <typename Call>
+void for_each_coupled(const ElasticProblem& problem, std::size_t site, const Call& call) {
+  const std::size_t axes = problem.extent.axes();
+  for (std::size_t a = 1; a < axes && !problem.spring_across[0].empty(); ++a) {
+    for (std::size_t b = 0; b < a; ++b) {
+      if (problem.fixed[a][site] == 0 && problem.fixed[b][site] == 0) {
+        call(a, b, problem.spring_across[a + b - 1][site]);
+      }
+    }
+  }
+}
 
 /// A body whose outermost nodes are all prescribed, every value a function of the node's place.
 /// `prescribed` has the displacement of the nodes inside, too.

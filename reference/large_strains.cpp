@@ -120,6 +120,18 @@ public:
         entries.emplace_back(unknown_[i], unknown_[i], spring);
       }
     }
+    for (std::size_t site = 0; site < problem_.extent.sites(); ++site) {
+      for_each_coupled(problem_, site, [&](std::size_t a, std::size_t b, double stiffness) {
+        const std::int32_t row = unknown_[axes_ * site + a];
+        const std::int32_t column = unknown_[axes_ * site + b];
+        const auto way = [&](std::size_t axis) {
+          return load * problem_.prescribed[axis][site] - displacement[axis][site];
+        };
+        system.missing[row] += stiffness * way(b);
+        system.missing[column] += stiffness * way(a);
+        entries.emplace_back(row, column, stiffness);
+      });
+    }
     system.lower.setFromTriplets(entries.begin(), entries.end());
     return system;
   }
@@ -257,7 +269,7 @@ ReferenceField solve_large_strains(const ElasticProblem& problem, const std::vec
     // Conditions move all at once, what is between them as the linear body would.
     ElasticProblem rest = problem;
     rest.force = {};
-    rest.spring = {};
+    rest.spring = rest.spring_across = {};
     for (std::size_t axis = 0; axis < problem.extent.axes(); ++axis) {
       for (std::size_t site = 0; site < problem.extent.sites(); ++site) {
         rest.prescribed[axis][site] = problem.fixed[axis][site] != 0

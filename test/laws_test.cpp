@@ -221,6 +221,19 @@ const std::vector<Case>& cases() {
          std::ranges::fill(level.force[0], 0.02F);
          std::ranges::fill(level.force[1], 0.002F);
        }},
+      {"walls",
+       [](Level& level) {
+         stretch(level, 0.2);
+         level.springs.assign(level.extent.axes() == 3 ? 6 : 3, std::vector<float>(level.extent.sites()));
+         for (std::size_t i = 0; i < level.extent.sites(); i += 9) {
+           const std::array<float, 3> normal{0.6F, 0.48F, level.extent.axes() == 3 ? 0.64F : 0.0F};
+           for (std::size_t entry = 0, a = 0; a < level.extent.axes(); ++a) {
+             for (std::size_t b = a; b < level.extent.axes(); ++b, ++entry) {
+               level.springs[entry][i] = 0.1F * normal.at(a) * normal.at(b);
+             }
+           }
+         }
+       }},
       {"springs", [](Level& level) {
          hold(level, [](std::size_t /*axis*/, const Point& at) {
            return at[0] == 0.0 ? std::optional(0.0) : std::nullopt;

@@ -176,7 +176,7 @@ Level part_of(const Level& level, const Box& part) {
   Level result = without_fields(level);
   // All arrays of a level, so that one that is added is cut, too, or this does not compile.
   auto& [extent, energy, target, confidence, modulus, inverse_modulus, inputs, penalty, steps, update, rule,
-         inverse_curvature, strengths, seed, sides, force, stiffening] = result;
+         inverse_curvature, strengths, seed, sides, force, stiffening, springs] = result;
   extent = part.extent();
   target = part_of(level.target, part);
   confidence = part_of(level.confidence, part);
@@ -190,6 +190,11 @@ Level part_of(const Level& level, const Box& part) {
   if (has_laws(level)) {
     stiffening = part_of(level.stiffening, part);
   }
+  std::ranges::transform(level.springs, std::back_inserter(springs), [&](const std::vector<float>& entry) {
+    ScalarField field(level.extent);
+    field.values = entry;
+    return part_of(field, part).values;
+  });
   if (needs_inverse_curvature(level.rule)) {
     inverse_curvature = part_of(level.inverse_curvature, part);
   }

@@ -173,6 +173,9 @@ std::string why_no_gradient(const Scene& scene) {
   if (!scene.energy->is_of_cells()) {
     return fmt::format("gradients are those of the elastic energy, and the scene has {}", scene.energy->name);
   }
+  if (!scene.full.springs.empty()) {
+    return "gradients are those of conditions by components, and the scene has walls to slide along";
+  }
   if (has_laws(scene.full)) {
     return "gradients are those of linear tissue, and some has a law of large strains";
   }

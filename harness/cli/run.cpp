@@ -12,6 +12,7 @@
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
+#include "harness/scene/walls.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/request.hpp"
 #include "harness/solve/solve.hpp"
@@ -209,6 +210,15 @@ void report_loads(const Scene& scene, json& row) {
   }
 }
 
+/// Prints how far walls gave way, and puts it into the row of the run; nothing of a scene without such.
+void report_walls(const Scene& scene, const VectorField& displacement, json& row) {
+  if (const WallReport walls = walls_under(scene.full, displacement); walls.sites > 0) {
+    row["walls"] = {{"sites", walls.sites}, {"gave_way_px", walls.gave_way}};
+    fmt::print("  {} {} slide along walls, which give way by {:.2g} px at most\n", walls.sites,
+               scene.extent().axes() == 3 ? "voxels" : "pixels", walls.gave_way);
+  }
+}
+
 /// Prints how much of the scene is void, and puts it into the row of the run; nothing of one without.
 void report_void(const Scene& scene, json& row) {
   const float least = scene.energy->is_of_cells() ? void_modulus(scene.full) : 0.0F;
@@ -318,6 +328,7 @@ void print_result(const Call& call, const Solved& solved, json& row) {
   }
   report_observations(solved.scene, row);
   report_loads(solved.scene, row);
+  report_walls(solved.scene, solution.displacement, row);
   report_void(solved.scene, row);
   report_points(solved.scene, solution.displacement, solved.left_out, row);
   report_spread(call, solved.scene, solved.how_sure, row);

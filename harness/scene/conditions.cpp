@@ -1,5 +1,6 @@
 #include "harness/scene/carried_conditions.hpp"
 #include "harness/scene/scene_content.hpp"
+#include "harness/scene/walls.hpp"
 
 #include "harness/scene/sites.hpp"
 #include "kernels/data/elastic/springs.hpp"
@@ -32,7 +33,26 @@ struct Condition {
   std::vector<double> size{};   ///< the same
   double closing = 0.0;         ///< fraction of the image's shorter side
   double confidence = 1.0;
+  bool slides = false; ///< what is beside it slides along it
 };
+
+/// Reads the rest of a condition that is a wall.
+void read_wall(TomlReader& table, bool may_be_springs, const Condition& condition) {
+  if (!may_be_springs) {
+    table.fail("slide", "belongs to the elastic energy; give energy = \"elastic\"");
+  }
+  if (condition.where != Where::outside && condition.where != Where::labels) {
+    table.fail("slide", "belongs to where = \"outside\" or \"labels\": their outline is the wall");
+  }
+  if (!condition.centre.empty()) {
+    table.fail("centre", "cannot stand beside slide: all of the outline is the wall");
+  }
+  for (const std::string_view key : {"dx", "dy", "dz", "outward", "confidence", "deviation"}) {
+    if (table.has(key)) {
+      table.fail(key, "cannot stand beside slide: a wall stays where it is");
+    }
+  }
+}
 
 Condition read_condition(TomlReader& table, bool may_be_springs, double spacing, Extent extent) {
   Condition condition;
@@ -64,6 +84,10 @@ Condition read_condition(TomlReader& table, bool may_be_springs, double spacing,
   } else {
     read("outward", condition.outward);
   }
+  table.read("slide", condition.slides);
+  if (condition.slides) {
+    read_wall(table, may_be_springs, condition);
+  }
   table.read("confidence", condition.confidence);
   if (condition.where == Where::outside) {
     table.read("closing", condition.closing);
@@ -78,13 +102,34 @@ Condition read_condition(TomlReader& table, bool may_be_springs, double spacing,
   }
   table.finish();
   const bool moves_along = condition.along != Components{};
-  if (!moves_along && !condition.outward) {
-    table.fail("where", "has no displacement beside it: give dx, dy or outward");
+  if (!moves_along && !condition.outward && !condition.slides) {
+    table.fail("where", "has no displacement beside it: give dx, dy or outward, or slide = true");
   }
   if (condition.outward && moves_along) {
     table.fail("outward", "cannot stand beside dx or dy");
   }
   return condition;
+}
+
+/// The confidence of what is beyond a wall, as long as no later condition says something of it.
+constexpr float beyond_a_wall = -2.0F;
+
+void mark_beyond(std::size_t site, Level& level) {
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+    level.confidence[axis][site] = beyond_a_wall;
+  }
+}
+
+/// Makes walls of what is marked and was not replaced by a later condition, not even in a component.
+void set_marked_walls(const std::array<double, 3>& step, Level& level) {
+  std::vector<bool> beyond(level.extent.sites(), true);
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+    for (std::size_t site = 0; site < beyond.size(); ++site) {
+      beyond[site] = beyond[site] && level.confidence[axis][site] == beyond_a_wall;
+    }
+    std::ranges::replace(level.confidence[axis], beyond_a_wall, 0.0F);
+  }
+  set_wall(beyond, step, level);
 }
 
 void set(const Condition& condition, std::size_t site, const Components& displacement, Level& level) {
@@ -144,6 +189,10 @@ void apply_on_labels(const Condition& condition, const LabelField& labels, Level
         condition.labels.end()) {
       return;
     }
+    if (condition.slides) {
+      mark_beyond(site, level);
+      return;
+    }
     const std::array<int, 3> place{x, y, z};
     double share = 1.0;
     for (std::size_t axis = 0; axis < condition.centre.size(); ++axis) {
@@ -188,6 +237,14 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
   const auto side = [&](std::size_t axis) { return step[axis] * extent.sides()[axis]; };
   const double shortest = std::min({side(0), side(1), side(extent.depth > 1 ? 2 : 0)});
   inside = close_gaps(inside, extent, condition.closing * shortest, step);
+  for (std::size_t site = 0; condition.slides && site < inside.size(); ++site) {
+    if (!inside[site]) {
+      mark_beyond(site, level);
+    }
+  }
+  if (condition.slides) {
+    return;
+  }
   if (!condition.outward) {
     for (std::size_t site = 0; site < inside.size(); ++site) {
       if (!inside[site]) {
@@ -263,9 +320,16 @@ std::vector<std::string> apply_conditions(TomlReader& scene, const Content& cont
   }
   std::vector<std::string> idle;
   int number = 0;
+  bool has_walls = false;
   for (TomlReader& table : scene.tables("condition")) {
     const Condition condition = read_condition(table, may_be_springs, content.spacing, level.extent);
     ++number;
+    has_walls = has_walls || condition.slides;
+    if (condition.slides && is_oblong) {
+      table.fail("slide",
+                 "takes the file's own pixels, which have other sides along the axes and are resampled "
+                 "here; leave --size out");
+    }
     for (const float label : condition.labels) {
       if (std::ranges::find(content.labels.values, static_cast<int>(label)) == content.labels.values.end()) {
         idle.push_back(fmt::format("[[condition]] {} on label {}, which no pixel has", number, label));
@@ -282,6 +346,9 @@ std::vector<std::string> apply_conditions(TomlReader& scene, const Content& cont
     }
     apply(scene, condition, of_file, at.step, file);
     (void)carry_conditions({std::move(file.target), std::move(file.confidence), at}, may_be_springs, level);
+  }
+  if (has_walls) {
+    set_marked_walls(content.placement.aspect, level);
   }
   return idle;
 }

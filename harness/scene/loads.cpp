@@ -22,7 +22,8 @@ double share_along(Extent extent, std::size_t axis, int at) {
 using Forces = std::vector<std::vector<double>>;
 
 /// kg/m^3 times m/s^2 are N/m^3, of which 1e9 are a N/mm^3, or a MPa/mm.
-void add_gravity(TomlReader& load, const Content& content, Extent extent, Forces& forces) {
+void add_gravity(TomlReader& load, const Content& content, const Level& level, Forces& forces) {
+  const Extent extent = level.extent;
   std::vector<double> gravity = load.numbers("gravity", extent.axes(), 3);
   gravity.resize(3);
   std::array<double, 3> pull{}; // along the axes of the image
@@ -38,6 +39,9 @@ void add_gravity(TomlReader& load, const Content& content, Extent extent, Forces
   }
   for_each_site(extent, [&](int x, int y, int z) {
     const std::size_t site = extent.index(x, y, z);
+    if (level.modulus.values[site] == 0.0F) {
+      return; // void
+    }
     const int label = content.labels.values[site];
     const auto density = content.densities.find(label);
     if (density == content.densities.end()) {
@@ -105,7 +109,7 @@ std::vector<std::string> apply_loads(TomlReader& scene, const Content& content,
       load.fail("gravity", "or pressure: a load is one of the two");
     }
     if (load.has("gravity")) {
-      add_gravity(load, content, extent, forces);
+      add_gravity(load, content, level, forces);
       weighs = true;
     } else {
       add_pressure(load, content, extent, forces);

@@ -195,10 +195,11 @@ void require_known_pixels(const Scene& scene, const RegisteredEnergy& energy) {
                     "squares and cubes only; load the scene with it, or resample its files",
                     scene.name, fmt::join(scene.full.sides, " : "), energy.name));
   }
-  if (!energy.takes_forces && has_forces(scene.full)) {
-    throw InputError(fmt::format("{} has loads, which the {} energy does not know: what solves it by the "
+  if (!energy.takes_forces && (has_forces(scene.full) || !scene.full.springs.empty())) {
+    throw InputError(fmt::format("{} has {}, which the {} energy does not know: what solves it by the "
                                  "elastic energy alone takes it",
-                                 scene.name, energy.name));
+                                 scene.name, has_forces(scene.full) ? "loads" : "walls to slide along",
+                                 energy.name));
   }
   if (!energy.takes_laws && has_laws(scene.full)) {
     throw InputError(fmt::format("{} has tissues with a law of large strains, which the {} energy does not "

@@ -184,6 +184,9 @@ void read_conditions(TomlReader& reader, const SceneText& file, const SceneOptio
   apply_points(reader, file.folder, options, content, scene);
   std::ranges::move(apply_loads(reader, content, energy, scene.full), std::back_inserter(scene.idle));
   apply_laws(reader, content, energy, options.law, scene.full);
+  if (content.segmented) {
+    fill_void(reader, energy, scene.full);
+  }
   if (content.segmented && is_inspected(scene.extent())) {
     scene.labels = std::move(content.labels);
   }
@@ -221,9 +224,6 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
     full.modulus = ScalarField(full.extent);
     TomlReader random = reader.table("random");
     content = read_random_content(random, full, scene.start.emplace(full.extent));
-  }
-  if (content.segmented) {
-    fill_void(reader, to_be, full);
   }
   read_vector_images(image, file, size, content, scene);
   image.finish();

@@ -144,7 +144,14 @@ void fill_void(TomlReader& scene, const RegisteredEnergy& energy, Level& level) 
     scene.fail("tissue",
                "of modulus 0 is void: some pixel needs a tissue that is not, of at least 1e-30 MPa");
   }
-  std::ranges::replace_if(moduli, is_void, filling);
+  for (std::size_t site = 0; site < moduli.size(); ++site) {
+    if (is_void(moduli[site])) {
+      moduli[site] = filling;
+      if (has_laws(level)) { // what goes on through void does so by the linear law, which nothing turns over
+        level.stiffening.values[site] = linear_law;
+      }
+    }
+  }
 }
 
 void apply_laws(TomlReader& scene, const Content& content, const RegisteredEnergy& energy,

@@ -77,7 +77,7 @@ void require_sides(Extent extent) {
 Level without_fields(const Level& level) {
   // A new member has to be named here, or this does not compile: it is kept below unless it is an array.
   const auto& [extent, energy, target, confidence, modulus, inverse_modulus, inputs, penalty, steps, update,
-               rule, inverse_curvature, strengths, seed, sides, force, stiffening] = level;
+               rule, inverse_curvature, strengths, seed, sides, force, stiffening, springs] = level;
   return {.extent = extent,
           .energy = energy,
           .penalty = penalty,
@@ -153,6 +153,10 @@ void validate(const Level& level) {
   if (has_laws(level)) {
     require_size(level.stiffening.values.size(), level.stiffening.extent, level.extent, "the stiffening");
     require(level.stiffening.values, level.extent, "the stiffening", "finite", is_finite);
+  }
+  for (const std::vector<float>& entry : level.springs) {
+    require_size(entry.size(), level.extent, level.extent, "a field of springs");
+    require(entry, level.extent, "a spring", "finite", is_finite);
   }
   const auto in_unit_interval = [](float value) { return value >= 0.0F && value <= 1.0F; };
   for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {

@@ -59,6 +59,9 @@ struct Level {
   /// How every site's tissue answers to large strains (specification/laws): 0 is neo-Hookean, above 0
   /// stiffens with the strain, below 0 is linear. Empty: all are linear. Elastic energies alone know it.
   ScalarField stiffening{};
+  /// What pulls a site to its target by direction, times the modulus of the site: symmetric_entry() of a
+  /// matrix (elastic/springs.hpp). Empty: there is none. Elastic energies alone know it.
+  std::vector<std::vector<float>> springs{};
 };
 
 /// Whether some tissue has a law of large strains.

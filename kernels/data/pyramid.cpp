@@ -124,6 +124,9 @@ Level sample_level(const Level& full, Extent extent, Alignment alignment, Materi
     level.stiffening = ScalarField(extent);
     sample(sites, full.stiffening.values, level.stiffening.values);
   }
+  for (const std::vector<float>& entry : full.springs) {
+    sample(sites, entry, level.springs.emplace_back(extent.sites()));
+  }
   if (material == Material::mean) {
     set_mean_modulus(full, alignment, level);
   } else {

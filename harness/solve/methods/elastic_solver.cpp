@@ -40,12 +40,31 @@ void add_forces(const Level& level, double unit, VectorField& load) {
   }
 }
 
+/// Adds what springs by direction do about a displacement, `unit` times; those by components are at rest in
+/// extended conditions.
+void add_pulls(const Level& level, double unit, const VectorField& displacement, VectorField& load) {
+  for (std::size_t axis = 0; !level.springs.empty() && axis < level.extent.axes(); ++axis) {
+#pragma omp parallel for if (level.extent.sites() > sites_worth_threads)
+    for (std::size_t at = 0; at < level.extent.sites(); ++at) {
+      if (level.confidence[axis][at] < 1.0F) {
+        const double pull = spring_force(level, at, axis, [&](std::size_t other) {
+          return double{level.target[other][at]} - double{displacement[other][at]};
+        });
+        load[axis][at] = static_cast<float>(double{load[axis][at]} + unit * pull);
+      }
+    }
+  }
+}
+
 } // namespace
 
 void require_conditions_alone(const Level& level, std::string_view who) {
-  if (has_laws(level) || has_forces(level)) {
+  if (has_laws(level) || has_forces(level) || !level.springs.empty()) {
     throw InputError(fmt::format("the scene has {}, of which {} knows nothing: leave them out",
-                                 has_laws(level) ? "a law of large strains" : "loads", who));
+                                 has_laws(level)     ? "a law of large strains"
+                                 : has_forces(level) ? "loads"
+                                                     : "walls to slide along",
+                                 who));
   }
 }
 
@@ -73,9 +92,10 @@ ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, Elast
   }
   VectorField load;
   timed(timings_.compute, [&] {
-    session_.forces(ElasticField::displacement, ElasticField::load); // springs are at rest there
+    session_.forces(ElasticField::displacement, ElasticField::load); // without springs
     session_.read(0, ElasticField::load, load);
   });
+  add_pulls(full, force_unit(full, model.poisson), start_, load);
   add_forces(full, force_unit(full, model.poisson), load);
   if (has_springs_) {
     load_sheet(Springs::pull);
@@ -174,6 +194,12 @@ void ElasticSolver::follow(const Level& level, const ElasticModel& model, Scalar
         confidence = confidence_of_weight(spring_stiffness(level.modulus.values[at], confidence) /
                                           double{modulus.values[at]});
       }
+    }
+  }
+  body.springs = level.springs;
+  for (std::vector<float>& entry : body.springs) {
+    for (std::size_t at = 0; at < level.extent.sites(); ++at) {
+      entry[at] *= level.modulus.values[at] / modulus.values[at];
     }
   }
   body.modulus = std::move(modulus);
@@ -372,17 +398,16 @@ double ElasticSolver::settle(const Level& full) {
     return 0.0;
   }
   const Stopwatch watch(timings_.compute);
-  const auto spring = [&](const std::vector<float>& confidence, std::size_t at) {
-    return is_spring(confidence[at]) ? spring_stiffness(full.modulus.values[at], confidence[at]) : 0.0;
-  };
   // What the springs do about a way.
-  const auto pulled = [&](VectorField way) {
+  const auto pulled = [&](const VectorField& way) {
+    VectorField pull(full.extent);
     for (std::size_t axis = 0; axis < full.extent.axes(); ++axis) {
       for (std::size_t at = 0; at < full.extent.sites(); ++at) {
-        way[axis][at] = static_cast<float>(spring(full.confidence[axis], at) * way[axis][at]);
+        pull[axis][at] = static_cast<float>(
+            spring_force(full, at, axis, [&](std::size_t other) { return double{way[other][at]}; }));
       }
     }
-    return way;
+    return pull;
   };
   const auto product = [&](const VectorField& force, const VectorField& way) {
     session_.write(0, ElasticField::image, force);
@@ -411,7 +436,7 @@ double ElasticSolver::settle(const Level& full) {
   };
   VectorField missing = full.target;
   combine(missing, displacement(), std::minus<>());
-  VectorField pull = pulled(std::move(missing));
+  VectorField pull = pulled(missing);
   add_forces(full, 1.0, pull);
   const auto count = static_cast<Eigen::Index>(motions.size());
   Eigen::MatrixXd matrix(count, count);

@@ -188,14 +188,14 @@ private:
       const std::vector<float>& confidence = level_.confidence[axis];
 #pragma omp parallel for if (sites > sites_worth_threads)
       for (std::size_t at = 0; at < sites; ++at) {
-        if (confidence[at] >= 1.0F || !(confidence[at] > 0.0F || has_forces(level_))) {
+        if (confidence[at] >= 1.0F ||
+            !(confidence[at] > 0.0F || has_forces(level_) || !level_.springs.empty())) {
           continue;
         }
         double pull = has_forces(level_) ? load_ * double{level_.force[axis][at]} : 0.0;
-        if (is_spring(confidence[at])) {
-          pull += spring_stiffness(level_.modulus.values[at], confidence[at]) *
-                  (load_ * double{level_.target[axis][at]} - double{displacement[axis][at]});
-        }
+        pull += spring_force(level_, at, axis, [&](std::size_t other) {
+          return load_ * double{level_.target[other][at]} - double{displacement[other][at]};
+        });
         residual[axis][at] = static_cast<float>(double{residual[axis][at]} + unit * pull);
       }
     }

@@ -39,10 +39,24 @@ double oblong_below(double longest_side) {
   return longest_side;
 }
 
+/// What steps have to bring together: the stiffest tissue over the softest one that is not void, which
+/// nothing is transmitted by, or a wall over its tissue.
+double contrast_of_tissue(const Level& level) {
+  const float least = void_modulus(level);
+  float softest = std::numeric_limits<float>::max();
+  float stiffest = 0.0F;
+  for (const float modulus : level.modulus.values) {
+    softest = modulus >= least ? std::min(softest, modulus) : softest;
+    stiffest = std::max(stiffest, modulus);
+  }
+  const double of_walls = level.springs.empty() ? 1.0 : double{stiffness_of_walls};
+  return std::max(double{stiffest} / double{softest}, of_walls);
+}
+
 } // namespace
 
 RemainingError::RemainingError(const Level& level)
-    : contrast_(contrast_of(level.modulus)), oblong_(oblong_below(std::ranges::max(level.sides))),
+    : contrast_(contrast_of_tissue(level)), oblong_(oblong_below(std::ranges::max(level.sides))),
       mistrust_(floating_part(level)), is_slender_(slenderness(level) > most_compact),
       is_free_(has_springs(level) && !free_motions(level).empty()) {
   if (!mistrust_.empty()) {

@@ -1,5 +1,6 @@
 #include "kernels/data/elastic/conditions.hpp"
 
+#include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/modulus.hpp"
 
@@ -19,6 +20,10 @@ namespace hdmbench {
 
 namespace {
 
+/// Any confidence above 0 holds; a whole one prescribes.
+constexpr float least_holding = std::numeric_limits<float>::denorm_min();
+constexpr float prescribing = 1.0F;
+
 /// How a sheet or a body, or a part of one, can move without straining: along its axes, and by small turns,
 /// one of a sheet and three of a body. Each known component is an equation of the six; those that do not
 /// follow from the others are kept.
@@ -26,14 +31,27 @@ class Hold {
   using Equation = std::array<double, 6>;
 
 public:
-  /// Takes the components of a site whose confidence is `least` or more.
+  /// Takes the components of a site whose confidence is `least` or more, and where any above 0 is, the
+  /// directions of its springs.
   void add(const Level& level, int x, int y, int z, float least) {
     axes_ = level.extent.axes();
     sides_ = level.sides;
     const std::size_t at = level.extent.index(x, y, z);
     for (std::size_t axis = 0; axis < axes_; ++axis) {
       if (level.confidence[axis][at] >= least) {
-        know(axis, {x, y, z});
+        std::array<double, 3> component{};
+        component[axis] = 1.0;
+        know(component, {x, y, z});
+      }
+    }
+    for (std::size_t row = 0; row < axes_ && !level.springs.empty() && least <= least_holding; ++row) {
+      std::array<double, 3> direction{};
+      for (std::size_t axis = 0; axis < axes_; ++axis) {
+        direction[axis] = double{level.springs[symmetric_entry(axes_, row, axis)][at]};
+      }
+      if (direction != std::array<double, 3>{}) {
+        slides_ = true;
+        know(direction, {x, y, z});
       }
     }
   }
@@ -42,6 +60,9 @@ public:
   [[nodiscard]] std::string freedom() const {
     if (!is_free()) {
       return "";
+    }
+    if (slides_) {
+      return "can slide along its walls or turn in them; a point or another condition must hold it";
     }
     for (std::size_t axis = 0; axis < axes_; ++axis) {
       if (!first_[axis]) {
@@ -86,20 +107,26 @@ public:
   }
 
 private:
-  /// Turns are about the first place where the component is known: there it says nothing of them.
-  void know(std::size_t axis, std::array<int, 3> place) {
+  /// A site is known along a direction, of any length. Turns are about the first place where a component
+  /// is: there it says nothing of them.
+  void know(const std::array<double, 3>& direction, std::array<int, 3> place) {
     if (!is_free()) {
       return;
     }
-    const std::array<int, 3>& first = first_[axis] ? *first_[axis] : first_[axis].emplace(place);
-    constexpr double side = 256.0; // sites: all six of about the same size
-    const auto way = [&](std::size_t along) {
-      return sides_[along % 3] * (place[along % 3] - first[along % 3]) / side;
-    };
     Equation equation{};
-    equation[axis] = 1.0;
-    equation[3 + (axis + 1) % 3] = way(axis + 2);
-    equation[3 + (axis + 2) % 3] = -way(axis + 1);
+    for (std::size_t axis = 0; axis < axes_; ++axis) {
+      if (direction[axis] == 0.0) {
+        continue;
+      }
+      const std::array<int, 3>& first = first_[axis] ? *first_[axis] : first_[axis].emplace(place);
+      constexpr double side = 256.0; // sites: all six of about the same size
+      const auto way = [&](std::size_t along) {
+        return sides_[along % 3] * (place[along % 3] - first[along % 3]) / side;
+      };
+      equation[axis] = direction[axis];
+      equation[3 + (axis + 1) % 3] += direction[axis] * way(axis + 2);
+      equation[3 + (axis + 2) % 3] -= direction[axis] * way(axis + 1);
+    }
     const double whole = product(equation, equation);
     equation = without(equation, equations_);
     if (product(equation, equation) > rounding * whole) {
@@ -121,14 +148,11 @@ private:
 
   static constexpr double rounding = 1e-9;
   std::size_t axes_ = 2;
+  bool slides_ = false; ///< whether a direction was known
   std::array<double, 3> sides_{1.0, 1.0, 1.0};
   std::array<std::optional<std::array<int, 3>>, 3> first_; ///< by component, where it is known
   std::vector<Equation> equations_;                        ///< each at a right angle to the others
 };
-
-/// Any confidence above 0 holds; a whole one prescribes.
-constexpr float least_holding = std::numeric_limits<float>::denorm_min();
-constexpr float prescribing = 1.0F;
 
 /// Sets of sites that are joined one by one (union-find); a set is named by its first site.
 class Parts {

@@ -389,15 +389,14 @@ ElasticHierarchy hierarchy_of(const Level& full, const ElasticModel& model, cons
   return hierarchy;
 }
 
-/// The springs that confidences below 1 make.
+/// The springs that confidences below 1 make, and those by direction.
 auto springs_of(const Level& full) {
   return [&full](std::size_t at) {
     Spring spring{};
-    for (std::size_t axis = 0; axis < full.extent.axes(); ++axis) {
-      const float confidence = full.confidence[axis][at];
-      if (is_spring(confidence)) {
-        spring[symmetric_entry(full.extent.axes(), axis, axis)] =
-            spring_stiffness(full.modulus.values[at], confidence);
+    const std::size_t axes = full.extent.axes();
+    for (std::size_t row = 0; row < axes; ++row) {
+      for (std::size_t column = row; column < axes; ++column) {
+        spring[symmetric_entry(axes, row, column)] = spring_entry(full, at, row, column);
       }
     }
     return spring;

@@ -48,13 +48,6 @@ struct RingedGrid {
   std::size_t plane = 0; ///< floats from a plane to the next
 };
 
-/// Returns the place of an entry of a symmetric matrix of so many axes, which is kept row by row from its
-/// diagonal on.
-[[nodiscard]] constexpr std::size_t symmetric_entry(std::size_t axes, std::size_t row, std::size_t column) {
-  const std::size_t first = row < column ? row : column;
-  return first * axes - first * (first + 1) / 2 + (row < column ? column : row);
-}
-
 /// How many sites of the next finer level lead from a site to the next along each axis: 2, or 1 where that
 /// level's cells are long already.
 using Stride = std::array<int, 3>;

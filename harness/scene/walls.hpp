@@ -1,0 +1,26 @@
+#pragma once
+
+#include "kernels/data/level.hpp"
+
+#include <array>
+#include <vector>
+
+namespace hdmbench {
+
+/// Makes the outline of the sites that are `beyond` it a wall: they become void (modulus 0), and the sites
+/// beside them slide along it, held by springs along its normal alone (stiffness_of_walls). Those beyond that
+/// share no cell with tissue are held where they are, so that what a wall is made of stays. `beyond` has one
+/// for each site, `step` the way from a site to the next along each axis, pixels. No effect where nothing is
+/// beyond.
+void set_wall(const std::vector<bool>& beyond, const std::array<double, 3>& step, Level& level);
+
+/// How sites that slide were held.
+struct WallReport {
+  std::size_t sites = 0; ///< that slide
+  double gave_way = 0.0; ///< pixels: the most that one went across its wall
+};
+
+/// Returns what became of the walls of a level under a displacement, pixels.
+[[nodiscard]] WallReport walls_under(const Level& level, const VectorField& displacement);
+
+} // namespace hdmbench

@@ -1,0 +1,240 @@
+// Walls: what slides along one, and springs that pull by direction.
+
+#include "harness/judge/truths.hpp"
+#include "harness/scene/method.hpp"
+#include "harness/scene/sites.hpp"
+#include "harness/scene/walls.hpp"
+#include "harness/solve/methods/solver.hpp"
+#include "harness/solve/planner.hpp"
+#include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/elastic/springs.hpp"
+#include "kernels/data/input_error.hpp"
+#include "reference/finite_elements.hpp"
+#include "test/files.hpp"
+#include "test/scenes.hpp"
+#include "test/sessions.hpp"
+
+namespace hdmbench {
+namespace {
+
+using test::elastic_level;
+using test::Held;
+using test::Tissue;
+using testing::HasSubstr;
+
+/// Springs of any symmetric, positive semidefinite matrix at every `step`-th site.
+void add_springs(Level& level, std::size_t step, std::uint64_t seed) {
+  test::Uniform draw(seed);
+  const std::size_t axes = level.extent.axes();
+  level.springs.assign(axes * (axes + 1) / 2, std::vector<float>(level.extent.sites()));
+  for (std::size_t site = 0; site < level.extent.sites(); site += step) {
+    const double size = std::pow(10.0, 3.0 * draw() - 1.0);
+    for (int rank = 0; rank < 2; ++rank) {
+      std::array<double, 3> way{draw() - 0.5, draw() - 0.5, draw() - 0.5};
+      for (std::size_t a = 0; a < axes; ++a) {
+        for (std::size_t b = a; b < axes; ++b) {
+          level.springs[symmetric_entry(axes, a, b)][site] += static_cast<float>(size * way[a] * way[b]);
+        }
+      }
+    }
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      level.target[axis][site] += static_cast<float>(2.0 * draw() - 1.0);
+    }
+  }
+}
+
+TEST(Walls, SpringsByDirectionPullAsFiniteElementsSay) {
+  for (const auto& [extent, sides] : {std::pair{Extent{33, 28}, std::array{1.0, 1.0, 1.0}},
+                                      {Extent{24, 31}, {1.0, 2.5, 1.0}},
+                                      {Extent{9, 8, 11}, {1.0, 1.0, 1.0}},
+                                      {Extent{8, 12, 7}, {1.5, 1.0, 3.0}}}) {
+    Level level = elastic_level(extent, Tissue::noise, Held::scattered, 30.0, 5);
+    level.sides = sides;
+    add_springs(level, 5, 17);
+    const ReferenceField truth =
+        solve_finite_elements(elastic_problem(level), ElementRule::of(extent, {0.3}));
+    const double error = rmsd(ReferenceField(test::converged(level, 0.3)), truth);
+    fmt::print("{}: {:.2g} px\n", extent.text(), error);
+    EXPECT_LT(error, 1e-4) << extent.text();
+    Level free = level;
+    free.springs = {};
+    EXPECT_GT(rmsd(ReferenceField(test::converged(free, 0.3)), truth), 0.05) << "springs do not matter";
+  }
+}
+
+constexpr const char* tissues =
+    "energy = \"elastic\"\npoisson = 0.3\n[schedule]\nmethod = \"conjugate-gradients\"\niterations = "
+    "60\n[[tissue]]\nlabel = 1\nmodulus = 3.0\ngray = 90\n"
+    "[[tissue]]\nlabel = 2\nmodulus = 300.0\ngray = 9\n";
+
+Scene scene_of(const std::string& size, const std::string& more) {
+  const test::TemporaryFolder folder;
+  return load_scene(folder.write("scene.toml", "size = " + size + "\n" + tissues + more).string());
+}
+
+Solution solved(const Scene& scene) {
+  return Solver(test::find("openmp"), {.device = {}, .threads = 2}).solve(scene, test::silent(), {});
+}
+
+/// Between two walls a block that is stretched along them does so evenly, whatever it is fixed to beyond.
+TEST(Walls, ABlockBetweenTwoStretchesEvenly) {
+  for (const bool is_volume : {false, true}) {
+    const std::string third = is_volume ? ", 0.5" : "";
+    const std::string dz = is_volume ? "dz = 0.0\n" : "";
+    const auto scene_with = [&](const std::string& wall) {
+      return scene_of(
+          is_volume ? "[25, 17, 9]" : "[41, 33]",
+          fmt::format(
+              "[[shape]]\nkind = \"everything\"\nlabel = 1\n"
+              "[[shape]]\nkind = \"{0}\"\nlabel = 2\ncentre = [0.5, 0.0{1}]\nsize = [2.0, 0.5{2}]\n"
+              "[[shape]]\nkind = \"{0}\"\nlabel = 2\ncentre = [0.5, 1.0{1}]\nsize = [2.0, 0.5{2}]\n"
+              "[[condition]]\nwhere = \"left\"\ndx = -1.0\n[[condition]]\nwhere = \"right\"\ndx = 1.0\n"
+              "{3}[[condition]]\nwhere = \"labels\"\nlabels = [2]\n{4}\n",
+              is_volume ? "box" : "rectangle", third, is_volume ? ", 2.0" : "",
+              is_volume ? "[[condition]]\nwhere = \"front\"\ndz = 0.0\n[[condition]]\nwhere = "
+                          "\"back\"\ndz = 0.0\n"
+                        : "",
+              wall));
+    };
+    const auto error_of = [&](const Scene& scene) {
+      const VectorField field = solved(scene).displacement;
+      double most = 0.0;
+      const Extent extent = scene.extent();
+      for_each_site(extent, [&](int x, int y, int z) {
+        const std::size_t at = extent.index(x, y, z);
+        if (y > extent.height / 4 + 1 && y < 3 * extent.height / 4 - 1) {
+          const double even = 2.0 * x / (extent.width - 1) - 1.0;
+          most = std::max({most, std::abs(double{field[0][at]} - even), std::abs(double{field[1][at]})});
+        }
+      });
+      return most;
+    };
+    const Scene sliding = scene_with("slide = true");
+    EXPECT_LT(error_of(sliding), 0.01);
+    EXPECT_GT(error_of(scene_with("dx = 0.0\ndy = 0.0\n" + dz)), 0.3)
+        << "what is held is not stretched evenly";
+    const WallReport walls = walls_under(sliding.full, solved(sliding).displacement);
+    EXPECT_EQ(walls.sites, is_volume ? 2U * 25U * 9U : 2U * 41U);
+    EXPECT_LT(walls.gave_way, 0.005);
+  }
+}
+
+/// A disc that its hub turns in a round hole turns as a whole: nothing strains it.
+TEST(Walls, ADiscTurnsInARoundHole) {
+  for (const bool is_volume : {false, true}) {
+    const std::string third = is_volume ? ", 0.5" : "";
+    Scene scene = scene_of(
+        is_volume ? "[33, 33, 9]" : "[65, 65]",
+        fmt::format("[[shape]]\nkind = \"everything\"\nlabel = 2\n[[shape]]\nkind = \"{}\"\nlabel = 1\n"
+                    "centre = [0.5, 0.5{}]\nsize = [0.8, 0.8{}]\n{}"
+                    "[[condition]]\nwhere = \"labels\"\nlabels = [2]\nslide = true\n",
+                    is_volume ? "ellipsoid" : "ellipse", third, is_volume ? ", 1e6" : "",
+                    is_volume ? "[[condition]]\nwhere = \"border\"\ndz = 0.0\n" : ""));
+    Level& level = scene.full;
+    const Extent extent = scene.extent();
+    const double middle = 0.5 * (extent.width - 1);
+    const auto turned = [&](int x, int y) { return std::array{-0.02 * (y - middle), 0.02 * (x - middle)}; };
+    for_each_site(extent, [&](int x, int y, int z) {
+      const std::size_t at = extent.index(x, y, z);
+      for (std::size_t axis = 0; axis < 2 && std::hypot(x - middle, y - middle) < 0.12 * extent.width;
+           ++axis) {
+        level.target[axis][at] = static_cast<float>(turned(x, y)[axis]);
+        level.confidence[axis][at] = 1.0F;
+      }
+    });
+    const VectorField field = solved(scene).displacement;
+    double most = 0.0;
+    double largest = 0.0;
+    for_each_site(extent, [&](int x, int y, int z) {
+      const std::size_t at = extent.index(x, y, z);
+      for (std::size_t axis = 0; axis < 2 && level.modulus.values[at] >= void_modulus(level); ++axis) {
+        const double wanted = turned(x, y)[axis];
+        largest = std::max(largest, std::abs(wanted));
+        most = std::max(most, std::abs(double{field[axis][at]} - wanted));
+      }
+    });
+    fmt::print("{}: {:.2g} of {:.2g} px off\n", extent.text(), most, largest);
+    EXPECT_LT(most, 0.06 * largest); // a normal from pixels is off by a few degrees
+  }
+}
+
+/// What an accuracy promises where void and walls are: the estimate counts what transmits something.
+TEST(Walls, AnAccuracyIsKept) {
+  for (const char* const size : {"[65, 61]", "[97, 120]", "[21, 23, 22]"}) {
+    for (const bool slides : {false, true}) {
+      const bool is_volume = std::string_view(size).size() > 10;
+      const std::string third = is_volume ? ", 0.5" : "";
+      const std::string wall = slides      ? "slide = true\n"
+                               : is_volume ? "dx = 0\ndy = 0\ndz = 0\n"
+                                           : "dx = 0\ndy = 0\n";
+      Scene scene = scene_of(
+          size,
+          fmt::format("[[tissue]]\nlabel = 3\nmodulus = 0.0\ngray = 1\n[[shape]]\nkind = \"everything\"\n"
+                      "label = 2\n[[shape]]\nkind = \"{0}\"\nlabel = 1\ncentre = [0.5, 0.5{1}]\nsize = [0.8, "
+                      "0.7{2}]\n"
+                      "[[shape]]\nkind = \"{0}\"\nlabel = 3\ncentre = [0.45, 0.5{1}]\nsize = [0.25, 0.2{3}]\n"
+                      "[[condition]]\nwhere = \"labels\"\nlabels = [2]\n{4}",
+                      is_volume ? "ellipsoid" : "ellipse", third, is_volume ? ", 0.8" : "",
+                      is_volume ? ", 0.3" : "", wall));
+      Level& level = scene.full;
+      const Extent extent = scene.extent();
+      for_each_site(extent, [&](int x, int y, int z) {
+        const std::size_t at = extent.index(x, y, z);
+        if (std::abs(x - 0.7 * extent.width) < 2 && std::abs(y - 0.5 * extent.height) < 2 &&
+            (!is_volume || std::abs(z - 0.5 * extent.depth) < 2)) {
+          for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+            level.target[axis][at] = axis == 0 ? -2.0F : 0.7F;
+            level.confidence[axis][at] = 1.0F;
+          }
+        }
+      });
+      const auto plan = [&](double asked) {
+        return solve_as_needed(scene, {.accuracy = asked}, test::find("openmp"), {.device = {}, .threads = 2},
+                               test::silent());
+      };
+      const ReferenceField truth =
+          solve_finite_elements(elastic_problem(level), ElementRule::of(extent, scene.elastic));
+      for (const double asked : {0.1, 0.01, 0.001}) {
+        const Plan found = plan(asked);
+        const double error = rmsd(ReferenceField(found.solution.displacement), truth);
+        fmt::print("{} {}: {}; {:.2g} px off\n", extent.text(), slides ? "slides" : "held", found.outcome,
+                   error);
+        EXPECT_TRUE(found.met);
+        EXPECT_LT(error, asked);
+      }
+    }
+  }
+}
+
+TEST(Walls, EveryBackendHasTheSameBits) {
+  for (const Extent extent : {Extent{33, 28}, Extent{9, 8, 10}}) {
+    Scene scene;
+    use_energy(scene, find_energy("elastic"));
+    scene.full = elastic_level(extent, Tissue::noise, Held::scattered, 30.0, 5);
+    add_springs(scene.full, 3, 23);
+    set_inverse_modulus(scene.full);
+    std::optional<VectorField> first;
+    for (const Backend* const backend : test::present_backends()) {
+      if (backend->has_elastic()) {
+        const Solution found = Solver(*backend, {}).solve(scene, test::silent(), {});
+        first = first ? first : found.displacement;
+        EXPECT_EQ(first->planes, found.displacement.planes) << backend->name();
+      }
+    }
+  }
+}
+
+TEST(Walls, AreRefusedWhereTheyHoldNothing) {
+  const Scene free = scene_of(
+      "[31, 23]", "[[shape]]\nkind = \"everything\"\nlabel = 2\n[[shape]]\nkind = \"rectangle\"\nlabel = 1\n"
+                  "centre = [0.5, 0.5]\nsize = [2.0, 0.5]\n"
+                  "[[condition]]\nwhere = \"labels\"\nlabels = [2]\nslide = true\n");
+  EXPECT_THAT([&] { (void)solved(free); },
+              testing::ThrowsMessage<InputError>(HasSubstr("can slide along its walls or turn in them")));
+  Scene of_sites = free;
+  EXPECT_THAT([&] { use_energy(of_sites, usual_energy()); },
+              testing::ThrowsMessage<InputError>(HasSubstr("walls to slide along")));
+}
+
+} // namespace
+} // namespace hdmbench
