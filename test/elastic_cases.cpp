@@ -124,11 +124,11 @@ std::vector<ElasticCase> elastic_cases() {
     }
     // Springs that hold one direction more than another, as a registration has them at every site.
     const VectorField along = random_field(extent, ++seed);
-    SiteSprings springs{ScalarField(extent), ScalarField(extent), ScalarField(extent)};
+    SiteSprings springs(extent);
     for (std::size_t site = 0; site < extent.sites(); ++site) {
-      springs.xx.values[site] = 30.0F * along[0][site] * along[0][site];
-      springs.xy.values[site] = 30.0F * along[0][site] * along[1][site];
-      springs.yy.values[site] = 30.0F * along[1][site] * along[1][site];
+      springs.entries[0][site] = 30.0F * along[0][site] * along[0][site];
+      springs.entries[1][site] = 30.0F * along[0][site] * along[1][site];
+      springs.entries[2][site] = 30.0F * along[1][site] * along[1][site];
     }
     const Level level = elastic_level(extent, Tissue::noise, Held::scattered, 100.0, seed);
     cases.push_back(

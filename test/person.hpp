@@ -22,33 +22,37 @@ inline constexpr std::uint32_t picture_seed = 5; ///< of texture, planted pairs 
 inline ScalarField textured(Extent extent) {
   GaussianNoise random(picture_seed);
   ScalarField picture(extent, 60.0F);
-  const auto spots = extent.sites() / 60;
+  const bool in_volume = extent.depth > 1;
+  const auto spots = extent.sites() / (in_volume ? 600 : 60);
   for (std::size_t spot = 0; spot < spots; ++spot) {
     const double centre_x = random.uniform() * extent.width;
     const double centre_y = random.uniform() * extent.height;
+    const double centre_z = in_volume ? random.uniform() * extent.depth : 0.0;
     const double width = 2.0 + 4.0 * random.uniform();
     const double brightness = 120.0 * (random.uniform() - 0.5);
-    for_each_site(extent, [&](int x, int y) {
-      const double squared = std::pow(x - centre_x, 2) + std::pow(y - centre_y, 2);
-      picture.values[extent.index(x, y)] +=
+    for_each_site(extent, [&](int x, int y, int z) {
+      const double squared =
+          std::pow(x - centre_x, 2) + std::pow(y - centre_y, 2) + std::pow(z - centre_z, 2);
+      picture.values[extent.index(x, y, z)] +=
           static_cast<float>(brightness * std::exp(-0.5 * squared / (width * width)));
     });
   }
   return picture;
 }
 
-/// A brain in small: two tissues in a disc, nothing around.
-inline Scene small_brain(int side) {
+/// A brain in small: two tissues in a disc, in a volume of so many slices in an ellipsoid; nothing around.
+inline Scene small_brain(int side, int slices = 1) {
   Scene scene;
   scene.name = "small";
-  const Extent extent{side, side};
+  const Extent extent{side, side, slices};
   scene.full = plain_level(extent, 10.0F, Level{}.penalty);
   scene.labels = {extent, std::vector<int>(extent.sites())};
   scene.picture = textured(extent);
   const double middle = 0.5 * (side - 1);
-  for_each_site(extent, [&](int x, int y) {
-    const std::size_t site = extent.index(x, y);
-    const double radius = std::hypot(x - middle, y - middle) / side;
+  for_each_site(extent, [&](int x, int y, int z) {
+    const std::size_t site = extent.index(x, y, z);
+    const double above = (z - 0.5 * (slices - 1)) * side / slices;
+    const double radius = std::hypot(std::hypot(x - middle, y - middle), above) / side;
     const int label = radius > 0.42 ? 0 : radius > 0.2 ? 1 : 2;
     scene.labels.values[site] = label;
     scene.full.modulus.values[site] = label == 2 ? 40.0F : label == 1 ? 20.0F : 10.0F;

@@ -106,6 +106,8 @@ protected:
     pictures.emplace("constant", ScalarField(extent, 9.0F));
     pictures.emplace("modulus", ScalarField(extent, 20.0F));
     pictures.emplace("small", ScalarField({32, 32}));
+    pictures.emplace("block", ScalarField({20, 20, 20}));
+    std::fill_n(pictures["block"].values.begin(), 4000, 200.0F);
     GaussianNoise random(1);
     for_each_site(extent, [&](int x, int y) {
       const std::size_t site = extent.index(x, y);

@@ -156,6 +156,10 @@ VectorField by_b_splines(const ScalarField& source, const ScalarField& target, c
 ConventionalRegistration register_conventionally(const ScalarField& source, const ScalarField& target,
                                                  const ScalarField& unseen, Progress& progress) {
   require_pair(source, target);
+  if (source.extent.axes() == 3) {
+    throw InputError(
+        "registration by B-splines takes images only: for volumes give --iterate (iterate=True)");
+  }
   const auto start = std::chrono::steady_clock::now();
   ConventionalRegistration result;
   try {

@@ -1,7 +1,9 @@
 #include "harness/applications/registration.hpp"
 
 #include "harness/applications/picture.hpp"
+#include "harness/scene/method.hpp"
 #include "harness/solve/methods/elastic.hpp"
+#include "kernels/data/input_error.hpp"
 
 #include <Eigen/Cholesky>
 #include <fmt/format.h>
@@ -14,6 +16,10 @@ namespace {
 
 constexpr int smallest_side = 24;    // pixels, of a level
 constexpr double longest_step = 4.0; // pixels of a level: beyond, the gradients know nothing
+/// Weaker ones, over the tissue's modulus, are left out of a volume: the noise of pictures that show nothing
+/// makes them, and each takes a matrix.
+constexpr float weakest_spring = 0.1F;
+constexpr int bytes_per_voxel = 500; // by the peak of `register` with the scene head
 constexpr double least_noise = 0.01; // of the contrast: what interpolation and halving cost
 constexpr double outlier = 3.0;      // standard deviations
 /// What happened in a region that is not looked at drives the rest, a growth or a resection: it does not
@@ -28,9 +34,9 @@ constexpr double largest_spring = 1e3;         // times the modulus of the site:
 struct PictureLevel {
   ScalarField source;
   ScalarField target;
-  ScalarField modulus;
-  ScalarField unseen; ///< empty: none
-  ScalarField still;  ///< what is not tissue; empty: not known
+  ScalarField modulus; ///< of the sheet: at every pixel, or in a volume at every second one along each axis
+  ScalarField unseen;  ///< empty: none
+  ScalarField still;   ///< what is not tissue; empty: not known
 };
 
 /// Of a region, the same everywhere.
@@ -40,7 +46,7 @@ struct Strain {
   float xy;
 };
 
-/// What the pictures say about the next step, per site.
+/// What the pictures say about the next step, per site of the sheet.
 struct Evidence {
   SiteSprings structure;   ///< weighted gradient times gradient
   VectorField pull;        ///< weighted gradient times difference
@@ -52,7 +58,11 @@ struct Evidence {
 double robust_deviation(const ScalarField& differences, const VectorField& slope, const ScalarField& unseen) {
   std::vector<float> magnitudes;
   for (std::size_t site = 0; site < differences.values.size(); ++site) {
-    if (is_seen(unseen, site) && std::abs(slope[0][site]) + std::abs(slope[1][site]) > 2.0F) {
+    float steepness = 0.0F;
+    for (std::size_t axis = 0; axis < slope.extent.axes(); ++axis) {
+      steepness += std::abs(slope[axis][site]);
+    }
+    if (is_seen(unseen, site) && steepness > 2.0F) {
       magnitudes.push_back(std::abs(differences.values[site]));
     }
   }
@@ -60,8 +70,9 @@ double robust_deviation(const ScalarField& differences, const VectorField& slope
 }
 
 /// What a Gaussian leaves of white noise.
-double noise_after_blur(double sigma) {
-  return sigma > 0.0 ? std::min(1.0, 1.0 / (2.0 * std::sqrt(M_PI) * sigma)) : 1.0;
+double noise_after_blur(double sigma, std::size_t axes) {
+  const double square = sigma > 0.0 ? std::min(1.0, 1.0 / (2.0 * std::sqrt(M_PI) * sigma)) : 1.0;
+  return axes == 3 ? std::pow(square, 1.5) : square;
 }
 
 class LevelRegistration {
@@ -69,16 +80,17 @@ public:
   LevelRegistration(const PictureLevel& pictures, double poisson, const IteratedOptions& options, int level,
                     ElasticSession& session)
       : pictures_(pictures), poisson_(poisson), options_(options), level_(level), session_(session),
+        every_(pictures.source.extent == pictures.modulus.extent ? 1 : 2),
         source_(blurred(pictures.source, options.blur)), target_(blurred(pictures.target, options.blur)),
         source_slope_(gradient(source_)), target_slope_(gradient(target_)) {
-    sheet_.extent = pictures.source.extent;
+    sheet_.extent = pictures.modulus.extent;
     sheet_.modulus = pictures.modulus;
     sheet_.confidence = VectorField(sheet_.extent);
     if (options.gaussian == 0.0) {
       set_drives();
     }
     const auto [low, high] = std::ranges::minmax(pictures.source.values);
-    noise_ = std::max(noise_after_blur(options.blur) *
+    noise_ = std::max(noise_after_blur(options.blur, sheet_.extent.axes()) *
                           std::hypot(noise_of(pictures.source), noise_of(pictures.target)),
                       least_noise * static_cast<double>(high - low));
   }
@@ -88,21 +100,24 @@ public:
     const Evidence evidence = look(displacement, number);
     const Extent extent = sheet_.extent;
     const VectorField solution = regularised(displacement, evidence);
+    const float longest = static_cast<float>(longest_step) / static_cast<float>(every_);
     double square = 0.0;
     for (std::size_t site = 0; site < extent.sites(); ++site) {
-      const float step_x = solution[0][site] - displacement[0][site];
-      const float step_y = solution[1][site] - displacement[1][site];
-      const float length = std::hypot(step_x, step_y);
-      const float share = length > longest_step ? static_cast<float>(longest_step) / length : 1.0F;
-      displacement[0][site] += share * step_x;
-      displacement[1][site] += share * step_y;
+      float length = 0.0F;
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        length = std::hypot(length, solution[axis][site] - displacement[axis][site]);
+      }
+      const float share = length > longest ? longest / length : 1.0F;
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        displacement[axis][site] += share * (solution[axis][site] - displacement[axis][site]);
+      }
       square += static_cast<double>(share * length) * static_cast<double>(share * length);
     }
     return {.level = level_,
-            .extent = extent,
+            .extent = pictures_.source.extent,
             .difference = evidence.difference,
             .outliers = evidence.outliers,
-            .step = std::sqrt(square / static_cast<double>(extent.sites())) * (1 << level_)};
+            .step = std::sqrt(square / static_cast<double>(extent.sites())) * (every_ << level_)};
   }
 
   [[nodiscard]] double noise() const { return noise_; }
@@ -229,9 +244,9 @@ private:
       const float way_x = solution[0][site] - start[0][site];
       const float way_y = solution[1][site] - start[1][site];
       force[0][site] -=
-          evidence.structure.xx.values[site] * way_x + evidence.structure.xy.values[site] * way_y;
+          evidence.structure.entries[0][site] * way_x + evidence.structure.entries[1][site] * way_y;
       force[1][site] -=
-          evidence.structure.xy.values[site] * way_x + evidence.structure.yy.values[site] * way_y;
+          evidence.structure.entries[1][site] * way_x + evidence.structure.entries[2][site] * way_y;
     }
     return product(force, solution);
   }
@@ -240,9 +255,9 @@ private:
   [[nodiscard]] VectorField made_smooth(const VectorField& displacement, const Evidence& evidence) const {
     VectorField result = displacement;
     for (std::size_t site = 0; site < sheet_.extent.sites(); ++site) {
-      const float xx = evidence.structure.xx.values[site] + sheet_.modulus.values[site];
-      const float xy = evidence.structure.xy.values[site];
-      const float yy = evidence.structure.yy.values[site] + sheet_.modulus.values[site];
+      const float xx = evidence.structure.entries[0][site] + sheet_.modulus.values[site];
+      const float xy = evidence.structure.entries[1][site];
+      const float yy = evidence.structure.entries[2][site] + sheet_.modulus.values[site];
       const float determinant = xx * yy - xy * xy;
       result[0][site] += (yy * evidence.pull[0][site] - xy * evidence.pull[1][site]) / determinant;
       result[1][site] += (xx * evidence.pull[1][site] - xy * evidence.pull[0][site]) / determinant;
@@ -250,57 +265,128 @@ private:
     return blurred(result, options_.gaussian);
   }
 
-  [[nodiscard]] Evidence look(const VectorField& displacement, int number) const {
-    const Extent extent = sheet_.extent;
+  /// What the pictures are by this displacement, site by site of theirs.
+  struct Sight {
+    ScalarField differences; ///< source, in gray values of the target, minus target
+    VectorField slope;       ///< of both, their mean
+  };
+
+  [[nodiscard]] Sight sight_of(const VectorField& displacement) const {
+    const Extent extent = displacement.extent;
     const ScalarField seen = pulled_back(target_, displacement);
     const ScalarField expected = with_values_of(source_, seen, pictures_.unseen);
-    ScalarField differences(extent);
-    VectorField slope(extent);
+    Sight sight{ScalarField(extent), VectorField(extent)};
 #pragma omp parallel for
-    for (int y = 0; y < extent.height; ++y) {
+    for (int row = 0; row < extent.rows(); ++row) {
       for (int x = 0; x < extent.width; ++x) {
-        const std::size_t site = extent.index(x, y);
-        differences.values[site] = expected.values[site] - seen.values[site];
+        const std::size_t site = extent.index(x, row);
+        sight.differences.values[site] = expected.values[site] - seen.values[site];
+        const auto [at_x, at_y, at_z] = end_of(displacement, x, row);
         for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-          const float there =
-              sample(target_slope_[axis], extent, static_cast<float>(x) + displacement[0][site],
-                     static_cast<float>(y) + displacement[1][site]);
-          slope[axis][site] = 0.5F * (source_slope_[axis][site] + there);
+          const float there = sample(target_slope_[axis], extent, at_x, at_y, at_z);
+          sight.slope[axis][site] = 0.5F * (source_slope_[axis][site] + there);
         }
       }
     }
-    Evidence evidence{{ScalarField(extent), ScalarField(extent), ScalarField(extent)}, VectorField(extent)};
+    return sight;
+  }
+
+  [[nodiscard]] Evidence look(const VectorField& displacement, int number) const {
+    const Extent extent = pictures_.source.extent;
+    const Sight sight = sight_of(every_ == 1 ? displacement : doubled(displacement, extent));
+    Evidence evidence{SiteSprings(sheet_.extent), VectorField(sheet_.extent)};
     // Early on what does not match has not been moved yet; later it is another thing.
-    const double deviation = std::max(robust_deviation(differences, slope, pictures_.unseen), noise_);
+    const double deviation =
+        std::max(robust_deviation(sight.differences, sight.slope, pictures_.unseen), noise_);
     const double octaves = level_ + (number < 2 ? 1.0 : 0.0);
     const auto scale = static_cast<float>(outlier * deviation * std::exp2(octaves));
     const auto unit = static_cast<float>(1.0 / (options_.stiffness * noise_ * noise_));
+    ScalarField weight(extent); // of a difference, squared; 0 where nobody looks
     double robust = 0.0;
     double weights = 0.0;
     double outliers = 0.0;
     for (std::size_t site = 0; site < extent.sites(); ++site) {
-      const float ratio = differences.values[site] / scale;
+      const float difference = sight.differences.values[site];
+      const float ratio = difference / scale;
       const float match = 1.0F / ((1.0F + ratio * ratio) * (1.0F + ratio * ratio));
-      robust += static_cast<double>(match * differences.values[site] * differences.values[site]);
+      robust += static_cast<double>(match * difference * difference);
       weights += static_cast<double>(match);
       outliers += match < 0.5F ? 1.0 : 0.0;
-      if (!is_seen(pictures_.unseen, site)) {
-        continue;
-      }
-      const float slope_x = slope[0][site];
-      const float slope_y = slope[1][site];
-      const float most = static_cast<float>(largest_spring) * sheet_.modulus.values[site];
-      const float full = unit * match;
-      const float weight = std::min(full, most / std::max(slope_x * slope_x + slope_y * slope_y, 1e-6F));
-      evidence.structure.xx.values[site] = weight * slope_x * slope_x;
-      evidence.structure.xy.values[site] = weight * slope_x * slope_y;
-      evidence.structure.yy.values[site] = weight * slope_y * slope_y;
-      evidence.pull[0][site] = weight * slope_x * differences.values[site];
-      evidence.pull[1][site] = weight * slope_y * differences.values[site];
+      weight.values[site] = is_seen(pictures_.unseen, site) ? unit * match : 0.0F;
     }
     evidence.difference = std::sqrt(robust / weights);
     evidence.outliers = outliers / static_cast<double>(extent.sites());
+#pragma omp parallel for if (sheet_.extent.sites() > sites_worth_threads)
+    for (int row = 0; row < sheet_.extent.rows(); ++row) {
+      for (int x = 0; x < sheet_.extent.width; ++x) {
+        gather(sight, weight, {x, row % sheet_.extent.height, row / sheet_.extent.height}, evidence);
+      }
+    }
     return evidence;
+  }
+
+  /// call(pixel, share) for what a site of the sheet stands for: its pixel, or where it has every second one
+  /// those around, with the share that linear interpolation between sites gives it.
+  template <typename Call>
+  void for_each_pixel(const std::array<int, 3>& at, const Call& call) const {
+    const Extent extent = pictures_.source.extent;
+    if (every_ == 1) {
+      call(extent.index(at[0], at[1], at[2]), 1.0F);
+      return;
+    }
+    for (int number = 0; number < 27; ++number) {
+      const std::array<int, 3> off{number % 3 - 1, number / 3 % 3 - 1, number / 9 - 1};
+      std::array<int, 3> to{};
+      float share = 1.0F;
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        to[axis] = every_ * at[axis] + off[axis];
+        const bool is_there = to[axis] >= 0 && to[axis] < extent.sides()[axis];
+        share *= !is_there ? 0.0F : off[axis] == 0 ? 1.0F : 0.5F;
+      }
+      if (share > 0.0F) {
+        call(extent.index(to[0], to[1], to[2]), share);
+      }
+    }
+  }
+
+  /// Sets the evidence of a site of the sheet. `weight`: of each pixel's squared difference.
+  void gather(const Sight& sight, const ScalarField& weight, const std::array<int, 3>& at,
+              Evidence& evidence) const {
+    const std::size_t axes = sheet_.extent.axes();
+    const std::size_t own = sheet_.extent.index(at[0], at[1], at[2]);
+    const float most = static_cast<float>(largest_spring) * sheet_.modulus.values[own];
+    std::array<float, 6> structure{};
+    std::array<float, 3> pull{};
+    for_each_pixel(at, [&](std::size_t pixel, float share) {
+      float steep = 0.0F;
+      for (std::size_t axis = 0; axis < axes; ++axis) {
+        steep += sight.slope[axis][pixel] * sight.slope[axis][pixel];
+      }
+      const float full = share * std::min(weight.values[pixel], most / std::max(steep, 1e-6F));
+      for (std::size_t axis = 0; axis < axes; ++axis) {
+        const float pulls = full * sight.slope[axis][pixel];
+        pull[axis] += pulls * sight.differences.values[pixel];
+        for (std::size_t other = axis; other < axes; ++other) {
+          structure[symmetric_entry(axes, axis, other)] += pulls * sight.slope[other][pixel];
+        }
+      }
+    });
+    // In steps of the sheet, over the volume of its cells.
+    const auto step = static_cast<float>(every_);
+    const float content = every_ == 1 ? 1.0F : step * step * step;
+    float trace = 0.0F;
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      trace += structure[symmetric_entry(axes, axis, axis)] * (step * step / content);
+    }
+    if (every_ > 1 && trace < weakest_spring * sheet_.modulus.values[own]) {
+      return;
+    }
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      evidence.pull[axis][own] = pull[axis] * (step / content);
+    }
+    for (std::size_t entry = 0; entry < evidence.structure.entries.size(); ++entry) {
+      evidence.structure.entries[entry][own] = structure[entry] * (step * step / content);
+    }
   }
 
   const PictureLevel& pictures_;
@@ -308,6 +394,7 @@ private:
   const IteratedOptions& options_;
   int level_;
   ElasticSession& session_;
+  int every_;          ///< pixels from a site of the sheet to the next
   ScalarField source_; ///< blurred, as target_
   ScalarField target_;
   VectorField source_slope_;
@@ -326,10 +413,15 @@ std::vector<PictureLevel> picture_levels(const ScalarField& source, const Scalar
     std::ranges::transform(scene.labels.values, still.values.begin(),
                            [](int label) { return label > 0 ? 0.0F : 1.0F; });
   }
-  std::vector<PictureLevel> levels{{source, target, scene.full.modulus, unseen, std::move(still)}};
+  const ScalarField& modulus = scene.full.modulus;
+  std::vector<PictureLevel> levels{
+      {source, target, source.extent.depth > 1 ? halved_mean(modulus) : modulus, unseen, std::move(still)}};
+  const auto shortest = [](Extent extent) {
+    const std::array<int, 3> sides = extent.sides();
+    return *std::min_element(sides.begin(), sides.begin() + static_cast<std::ptrdiff_t>(extent.axes()));
+  };
   while (static_cast<int>(levels.size()) < most &&
-         std::min(levels.back().source.extent.width, levels.back().source.extent.height) >=
-             2 * smallest_side) {
+         shortest(levels.back().source.extent) >= 2 * smallest_side) {
     const PictureLevel& fine = levels.back();
     levels.push_back({halved(fine.source), halved(fine.target), halved_mean(fine.modulus),
                       halved_mean(fine.unseen), halved_mean(fine.still)});
@@ -344,20 +436,33 @@ IteratedRegistration register_iteratively(const ScalarField& source, const Scala
                                           const IteratedOptions& options, ElasticSession& session,
                                           Progress& progress) {
   require_pair(source, target);
+  if (source.extent.axes() == 3 && !unseen.values.empty()) {
+    throw InputError("registration of volumes knows no region of interest: leave it out");
+  }
+  if (scene.full.sides != Level{}.sides) {
+    throw InputError(
+        "registration takes square pixels and cubes alone: resample the pictures and the labels");
+  }
   require_conditions_alone(scene.full, "registration that looks again");
+  RegisteredEnergy of_matrices = *scene.energy;
+  of_matrices.bytes_per_voxel = bytes_per_voxel;
+  if (source.extent.axes() == 3) {
+    require_memory(source.extent, of_matrices);
+  }
   const auto start = std::chrono::steady_clock::now();
   const std::vector<PictureLevel> levels = picture_levels(source, target, scene, unseen, options.levels);
   IteratedRegistration result;
-  VectorField displacement(levels.back().source.extent);
+  VectorField displacement(levels.back().modulus.extent);
   for (int level = static_cast<int>(levels.size()) - 1; level >= 0; --level) {
     const PictureLevel& pictures = levels[static_cast<std::size_t>(level)];
-    if (displacement.extent != pictures.source.extent) {
-      displacement = doubled(displacement, pictures.source.extent);
+    if (displacement.extent != pictures.modulus.extent) {
+      displacement = doubled(displacement, pictures.modulus.extent);
     }
     LevelRegistration registration(pictures, scene.elastic.poisson, options, level, session);
     result.converged = false;
     for (int iteration = 0; iteration < options.iterations && !result.converged; ++iteration) {
-      progress.describe(fmt::format("register: {}, iteration {}", displacement.extent.text(), iteration + 1));
+      progress.describe(
+          fmt::format("register: {}, iteration {}", pictures.source.extent.text(), iteration + 1));
       result.iterations.push_back(registration.improve(displacement, iteration));
       result.converged =
           iteration >= 2 && result.iterations.back().step < options.smallest_step * (1 << level);
@@ -365,7 +470,8 @@ IteratedRegistration register_iteratively(const ScalarField& source, const Scala
     }
     result.noise = registration.noise();
   }
-  result.displacement = std::move(displacement);
+  result.displacement =
+      displacement.extent == source.extent ? std::move(displacement) : doubled(displacement, source.extent);
   result.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   return result;
 }

@@ -8,7 +8,6 @@
 
 #include <numeric>
 #include <string_view>
-#include <tuple>
 
 namespace hdmbench {
 
@@ -38,9 +37,10 @@ InputError unusable(std::string_view why) {
 
 void require_picture(const ScalarField& picture, std::string_view which) {
   const Extent extent = picture.extent;
-  if (extent.width < smallest_side || extent.height < smallest_side) {
-    throw unusable(fmt::format("the pictures are {}, at least {} x {} pixels are needed", extent.text(),
-                               smallest_side, smallest_side));
+  if (std::min(extent.width, extent.height) < smallest_side ||
+      (extent.depth > 1 && extent.depth < smallest_side)) {
+    throw unusable(fmt::format("the pictures are {}, at least {} pixels a side are needed", extent.text(),
+                               smallest_side));
   }
   const auto bad = std::ranges::find_if_not(picture.values, [](float gray) { return std::isfinite(gray); });
   if (bad != picture.values.end()) {
@@ -83,17 +83,28 @@ ScalarField blurred(const ScalarField& picture, double sigma) {
   const std::vector<float> weights = gaussian(sigma);
   const int reach = static_cast<int>(weights.size()) / 2;
   ScalarField result = picture;
-  for (int axis = 0; axis < 2; ++axis) {
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
     const std::vector<float> from = result.values;
 #pragma omp parallel for if (extent.sites() > sites_worth_threads)
-    for (int y = 0; y < extent.height; ++y) {
-      float* const to = &result.values[extent.index(0, y)];
+    for (int row = 0; row < extent.rows(); ++row) {
+      const int y = row % extent.height;
+      const int z = row / extent.height;
+      const float* const own = &from[extent.index(0, row)];
+      std::vector<float> beyond(axis == 0 ? weights.size() - 1 : 0, own[0]); // the row with its border
+      if (axis == 0) {
+        beyond.insert(beyond.begin() + reach, own, own + extent.width);
+        std::fill(beyond.end() - reach, beyond.end(), own[extent.width - 1]);
+      }
+      float* const to = &result.values[extent.index(0, row)];
       std::fill_n(to, extent.width, 0.0F);
       for (int i = -reach; i <= reach; ++i) {
-        const int row = axis == 0 ? y : std::clamp(y + i, 0, extent.height - 1);
+        const float weight = weights[static_cast<std::size_t>(i + reach)];
+        const float* const line = axis == 0 ? beyond.data() + reach + i
+                                  : axis == 1
+                                      ? &from[extent.index(0, std::clamp(y + i, 0, extent.height - 1), z)]
+                                      : &from[extent.index(0, y, std::clamp(z + i, 0, extent.depth - 1))];
         for (int x = 0; x < extent.width; ++x) {
-          const int column = axis == 0 ? std::clamp(x + i, 0, extent.width - 1) : x;
-          to[x] += weights[static_cast<std::size_t>(i + reach)] * from[extent.index(column, row)];
+          to[x] += weight * line[x];
         }
       }
     }
@@ -114,16 +125,17 @@ VectorField blurred(const VectorField& field, double sigma) {
 VectorField gradient(const ScalarField& picture) {
   const Extent extent = picture.extent;
   VectorField result(extent);
+  const std::array<std::size_t, 3> strides{1, extent.index(0, 1), extent.index(0, 0, 1)};
 #pragma omp parallel for if (extent.sites() > sites_worth_threads)
-  for (int y = 0; y < extent.height; ++y) {
+  for (int row = 0; row < extent.rows(); ++row) {
     for (int x = 0; x < extent.width; ++x) {
-      const std::size_t site = extent.index(x, y);
-      for (const auto& [axis, at, side, stride] :
-           {std::tuple(0U, x, extent.width, std::size_t{1}), {1U, y, extent.height, extent.index(0, 1)}}) {
-        const std::size_t before = at > 0 ? 1 : 0;
-        const std::size_t after = at + 1 < side ? 1 : 0;
+      const std::size_t site = extent.index(x, row);
+      const std::array<int, 3> at{x, row % extent.height, row / extent.height};
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        const std::size_t before = at[axis] > 0 ? 1 : 0;
+        const std::size_t after = at[axis] + 1 < extent.sides()[axis] ? 1 : 0;
         result[axis][site] =
-            (picture.values[site + after * stride] - picture.values[site - before * stride]) /
+            (picture.values[site + after * strides[axis]] - picture.values[site - before * strides[axis]]) /
             static_cast<float>(before + after);
       }
     }
@@ -131,26 +143,31 @@ VectorField gradient(const ScalarField& picture) {
   return result;
 }
 
+Extent halved(Extent extent) {
+  return {(extent.width + 1) / 2, (extent.height + 1) / 2, (extent.depth + 1) / 2};
+}
+
 ScalarField halved(const ScalarField& picture) {
   const ScalarField smooth = blurred(picture, blur_before_halving);
-  ScalarField result({(picture.extent.width + 1) / 2, (picture.extent.height + 1) / 2});
-  for_each_site(result.extent, [&](int x, int y) {
-    result.values[result.extent.index(x, y)] = smooth.values[picture.extent.index(2 * x, 2 * y)];
+  ScalarField result(halved(picture.extent));
+  for_each_site(result.extent, [&](int x, int y, int z) {
+    result.values[result.extent.index(x, y, z)] = smooth.values[picture.extent.index(2 * x, 2 * y, 2 * z)];
   });
   return result;
 }
 
 ScalarField halved_mean(const ScalarField& field) {
-  ScalarField result({(field.extent.width + 1) / 2, (field.extent.height + 1) / 2});
-  for_each_site(result.extent, [&](int x, int y) {
+  const Extent extent = field.extent;
+  ScalarField result(halved(extent));
+  const int corners = 1 << extent.axes();
+  for_each_site(result.extent, [&](int x, int y, int z) {
     float sum = 0.0F;
-    for (int j = 0; j < 2; ++j) {
-      for (int i = 0; i < 2; ++i) {
-        sum += field.values[field.extent.index(std::min(2 * x + i, field.extent.width - 1),
-                                               std::min(2 * y + j, field.extent.height - 1))];
-      }
+    for (int corner = 0; corner < corners; ++corner) {
+      sum += field.values[extent.index(std::min(2 * x + (corner & 1), extent.width - 1),
+                                       std::min(2 * y + (corner >> 1 & 1), extent.height - 1),
+                                       std::min(2 * z + (corner >> 2), extent.depth - 1))];
     }
-    result.values[result.extent.index(x, y)] = 0.25F * sum;
+    result.values[result.extent.index(x, y, z)] = sum / static_cast<float>(corners);
   });
   return result;
 }
@@ -179,25 +196,38 @@ void blend_moduli(ScalarField& modulus, const ScalarField& region, float resista
 
 VectorField doubled(const VectorField& displacement, Extent extent) {
   VectorField result(extent);
-  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-    for_each_site(extent, [&](int x, int y) {
-      result[axis][extent.index(x, y)] =
-          2.0F * sample(displacement[axis], displacement.extent, 0.5F * static_cast<float>(x),
-                        0.5F * static_cast<float>(y));
-    });
+#pragma omp parallel for if (extent.sites() > sites_worth_threads)
+  for (int row = 0; row < extent.rows(); ++row) {
+    for (int x = 0; x < extent.width; ++x) {
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        result[axis][extent.index(x, row)] =
+            2.0F * sample(displacement[axis], displacement.extent, 0.5F * static_cast<float>(x),
+                          0.5F * static_cast<float>(row % extent.height),
+                          0.5F * static_cast<float>(row / extent.height));
+      }
+    }
   }
   return result;
+}
+
+std::array<float, 3> end_of(const VectorField& displacement, int x, int row) {
+  const Extent extent = displacement.extent;
+  std::array<float, 3> at{static_cast<float>(x), static_cast<float>(row % extent.height),
+                          static_cast<float>(row / extent.height)};
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    at[axis] += displacement[axis][extent.index(x, row)];
+  }
+  return at;
 }
 
 ScalarField pulled_back(const ScalarField& picture, const VectorField& displacement) {
   const Extent extent = picture.extent;
   ScalarField result(extent);
 #pragma omp parallel for if (extent.sites() > sites_worth_threads)
-  for (int y = 0; y < extent.height; ++y) {
+  for (int row = 0; row < extent.rows(); ++row) {
     for (int x = 0; x < extent.width; ++x) {
-      const std::size_t site = extent.index(x, y);
-      result.values[site] = sample(picture.values, extent, static_cast<float>(x) + displacement[0][site],
-                                   static_cast<float>(y) + displacement[1][site]);
+      const auto [at_x, at_y, at_z] = end_of(displacement, x, row);
+      result.values[extent.index(x, row)] = sample(picture.values, extent, at_x, at_y, at_z);
     }
   }
   return result;
@@ -206,13 +236,15 @@ ScalarField pulled_back(const ScalarField& picture, const VectorField& displacem
 double noise_of(const ScalarField& picture) {
   const Extent extent = picture.extent;
   std::vector<float> differences;
-  for (int y = 1; y + 1 < extent.height; ++y) {
-    for (int x = 1; x + 1 < extent.width; ++x) {
-      const auto value = [&](int column, int row) { return picture.values[extent.index(column, row)]; };
+  differences.reserve(extent.sites());
+  for (int row = 0; row < extent.rows(); ++row) {
+    const int y = row % extent.height;
+    for (int x = 1; x + 1 < extent.width && y > 0 && y + 1 < extent.height; ++x) {
+      const auto value = [&](int column, int line) { return picture.values[extent.index(column, line)]; };
       const float corners =
-          value(x - 1, y - 1) + value(x + 1, y - 1) + value(x - 1, y + 1) + value(x + 1, y + 1);
-      const float sides = value(x - 1, y) + value(x + 1, y) + value(x, y - 1) + value(x, y + 1);
-      differences.push_back(std::abs(corners - 2.0F * sides + 4.0F * value(x, y)));
+          value(x - 1, row - 1) + value(x + 1, row - 1) + value(x - 1, row + 1) + value(x + 1, row + 1);
+      const float sides = value(x - 1, row) + value(x + 1, row) + value(x, row - 1) + value(x, row + 1);
+      differences.push_back(std::abs(corners - 2.0F * sides + 4.0F * value(x, row)));
     }
   }
   // Of a normal distribution the median of the magnitude is 0.6745 standard deviations; of the difference of

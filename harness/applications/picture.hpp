@@ -3,6 +3,7 @@
 #include "kernels/data/field.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
@@ -28,20 +29,30 @@ template <typename Value>
 /// Adds factor * more.
 void add(VectorField& field, float factor, const VectorField& more);
 
-/// Bilinear interpolation at a finite position in pixels; beyond the border the nearest pixel. The image has
-/// at least 2 x 2 pixels. For inner loops: images::linear_at is the same in double.
-[[nodiscard]] inline float sample(const std::vector<float>& values, Extent extent, float x, float y) {
+/// Linear interpolation at a finite position in pixels; beyond the border the nearest pixel. The picture has
+/// at least 2 pixels a side. For inner loops: images::linear_at is the same in double.
+[[nodiscard]] inline float sample(const std::vector<float>& values, Extent extent, float x, float y,
+                                  float z = 0.0F) {
   const float inside_x = std::clamp(x, 0.0F, static_cast<float>(extent.width - 1));
   const float inside_y = std::clamp(y, 0.0F, static_cast<float>(extent.height - 1));
   const int left = std::min(static_cast<int>(inside_x), extent.width - 2);
   const int top = std::min(static_cast<int>(inside_y), extent.height - 2);
   const float right = inside_x - static_cast<float>(left);
   const float down = inside_y - static_cast<float>(top);
-  const float* const upper = &values[extent.index(left, top)];
-  const float* const lower = upper + extent.width;
-  const float above = upper[0] + right * (upper[1] - upper[0]);
-  const float below = lower[0] + right * (lower[1] - lower[0]);
-  return above + down * (below - above);
+  const auto in_slice = [&](const float* upper) {
+    const float* const lower = upper + extent.width;
+    const float above = upper[0] + right * (upper[1] - upper[0]);
+    const float below = lower[0] + right * (lower[1] - lower[0]);
+    return above + down * (below - above);
+  };
+  if (extent.depth == 1) {
+    return in_slice(&values[extent.index(left, top)]);
+  }
+  const float inside_z = std::clamp(z, 0.0F, static_cast<float>(extent.depth - 1));
+  const int before = std::min(static_cast<int>(inside_z), extent.depth - 2);
+  const float* const slice = &values[extent.index(left, top, before)];
+  const float here = in_slice(slice);
+  return here + (inside_z - static_cast<float>(before)) * (in_slice(slice + extent.index(0, 0, 1)) - here);
 }
 
 /// With a Gaussian of standard deviation `sigma` pixels, 0: as it is; the border pixels go on beyond it.
@@ -52,10 +63,13 @@ void add(VectorField& field, float factor, const VectorField& more);
 /// Central differences, gray values per pixel; one-sided at the border.
 [[nodiscard]] VectorField gradient(const ScalarField& picture);
 
-/// Half as many pixels a side, rounded up: pixel (x, y) is the blurred picture at (2x, 2y).
+/// Returns half as many pixels a side, rounded up.
+[[nodiscard]] Extent halved(Extent extent);
+/// Half as many pixels a side: pixel (x, y) is the blurred picture at (2x, 2y).
 [[nodiscard]] ScalarField halved(const ScalarField& picture);
 
-/// The mean of the four sites from (2x, 2y) on: for moduli and masks. Of nothing: nothing.
+/// The mean of the four sites, in a volume eight, from (2x, 2y) on: for moduli and masks. Of nothing:
+/// nothing.
 [[nodiscard]] ScalarField halved_mean(const ScalarField& field);
 
 /// Whether the pictures are looked at there: `unseen` is 0, or empty.
@@ -73,6 +87,9 @@ void blend_moduli(ScalarField& modulus, const ScalarField& region, float resista
 
 /// A displacement (pixels) of an image half the size, in pixels of this one.
 [[nodiscard]] VectorField doubled(const VectorField& displacement, Extent extent);
+
+/// Where the site at column `x` of a row (Extent::rows) is after the displacement, pixels.
+[[nodiscard]] std::array<float, 3> end_of(const VectorField& displacement, int x, int row);
 
 /// `picture` seen from where `displacement` starts: the value at x is picture(x + d(x)).
 [[nodiscard]] ScalarField pulled_back(const ScalarField& picture, const VectorField& displacement);

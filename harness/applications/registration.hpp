@@ -22,7 +22,7 @@ struct ConventionalRegistration {
 /// smooth by cubic B-splines, by ITK. Knows nothing of materials: where the source has no texture d is only
 /// smooth. One thread, every pixel a sample: the same bits each time. Where `unseen` is not 0 it does not
 /// look; empty: everywhere. Advances `progress` by 1. Throws InputError as require_pair does, where ITK gives
-/// up, or the build has no ITK.
+/// up, for volumes, or the build has no ITK.
 [[nodiscard]] ConventionalRegistration register_conventionally(const ScalarField& source,
                                                                const ScalarField& target,
                                                                const ScalarField& unseen, Progress& progress);
@@ -81,8 +81,10 @@ struct IteratedRegistration {
 /// the scene's moduli decides between neighbours, the target is seen through the result, and so on until it
 /// changes no more, on ever finer levels. Which gray value of the source is which of the target is found on
 /// the way. `scene` gives moduli and Poisson's ratio. Where `unseen` is not 0 the pictures are not looked at
-/// (a region of interest whose content changed); empty: everywhere. The same bits on every backend that has
-/// the elastic energy. Throws InputError as require_pair does, DeviceError.
+/// (a region of interest whose content changed); empty: everywhere. In a volume, which knows no such region,
+/// the displacement has a site at every second voxel along each axis, and is linear between them. The same
+/// bits on every backend that has the elastic energy. Throws InputError as require_pair does, for pixels that
+/// are no squares or cubes, and for more voxels than memory holds the springs of; DeviceError.
 [[nodiscard]] IteratedRegistration register_iteratively(const ScalarField& source, const ScalarField& target,
                                                         const Scene& scene, const ScalarField& unseen,
                                                         const IteratedOptions& options,

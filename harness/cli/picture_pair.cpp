@@ -13,7 +13,7 @@ namespace {
 /// or where it is not that of `other`, if there is one.
 Image<ScalarField> read_picture(const fs::path& file, const Scene& scene,
                                 const Image<ScalarField>* other = nullptr) {
-  Image<ScalarField> image = read_scalar(file);
+  Image<ScalarField> image = read_scalar(file, {.takes_volumes = scene.extent().axes() == 3});
   const auto grid_of = [](Extent extent, double spacing, const Placement& placement, Stated stated) {
     return FileGrid{extent, {spacing, spacing, spacing}, placement, stated};
   };

@@ -62,31 +62,18 @@ ScalarField in_squares(ScalarField slice, const Plane& plane, const std::array<d
 json write_pictures(const std::filesystem::path& folder, std::span<const std::string> files,
                     const Scene& scene, const VectorField& displacement, const VectorField& steps) {
   const std::vector<Plane> planes = planes_to_show(displacement);
-  const auto drawn = [&](const auto& draw) {
-    std::vector<ScalarField> slices;
-    std::ranges::transform(planes, std::back_inserter(slices), [&](const Plane& plane) {
-      return upright(in_squares(draw(plane), plane, scene.full.sides), plane);
-    });
-    return side_by_side(slices);
-  };
+  const auto drawn = [&](const auto& draw) { return drawn_beside(planes, scene.full.sides, draw); };
   const auto slices_of = [&](const ScalarField& field) {
     return drawn([&](const Plane& plane) { return slice_of(field, plane); });
   };
   write_png(folder / files[1], slices_of(scene.picture));
   write_png(folder / files[2], drawn([&](const Plane& plane) { return warp(scene.picture, steps, plane); }));
-  // The lines of a grid stay in their plane: what leads out of it shows in the magnitude.
-  write_png(folder / files[3], drawn([&](const Plane& plane) {
-              const VectorField in_plane = slice_of(steps, plane);
-              return warp(grid_picture(in_plane.extent, grid_spacing(scene.extent())), in_plane);
-            }));
+  write_png(folder / files[3], drawn([&](const Plane& plane) { return warped_grid(steps, plane); }));
   const ScalarField magnitude = magnitude_of(displacement);
   write_magnitude_png(folder / files[4], slices_of(magnitude),
                       std::max(double{std::ranges::max(magnitude.values)}, 1e-6));
   // Full blue is a fold, full red a doubled area, or volume.
-  const ScalarField change = drawn([&](const Plane& plane) {
-    const auto [slab, middle] = slab_around(steps, plane);
-    return slice_of(area_change_map(slab), middle);
-  });
+  const ScalarField change = drawn([&](const Plane& plane) { return content_change(steps, plane); });
   write_signed_png(folder / files[5], change.extent, change.values, 1.0);
   if (scene.extent().depth > 1) {
     const ContactSheet sheet = contact_sheet(scene.picture, steps);
@@ -106,6 +93,25 @@ std::vector<std::string> file_names(const Scene& scene, const std::string& exten
     }
   }
   return names;
+}
+
+ScalarField drawn_beside(std::span<const Plane> planes, const std::array<double, 3>& pixel,
+                         const std::function<ScalarField(const Plane&)>& draw) {
+  std::vector<ScalarField> slices;
+  std::ranges::transform(planes, std::back_inserter(slices), [&](const Plane& plane) {
+    return upright(in_squares(draw(plane), plane, pixel), plane);
+  });
+  return side_by_side(slices);
+}
+
+ScalarField warped_grid(const VectorField& steps, const Plane& plane) {
+  const VectorField in_plane = slice_of(steps, plane);
+  return warp(grid_picture(in_plane.extent, grid_spacing(steps.extent)), in_plane);
+}
+
+ScalarField content_change(const VectorField& steps, const Plane& plane) {
+  const auto [slab, middle] = slab_around(steps, plane);
+  return slice_of(area_change_map(slab), middle);
 }
 
 void require_own_name(const std::filesystem::path& file, std::string_view option,

@@ -5,8 +5,11 @@
 
 #include <nlohmann/json.hpp>
 
+#include <array>
 #include <filesystem>
+#include <functional>
 #include <future>
+#include <span>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -19,6 +22,16 @@ namespace hdmbench::commands {
 /// pictures, where there are to be any.
 [[nodiscard]] std::vector<std::string> file_names(const Scene& scene, const std::string& extension,
                                                   bool with_pictures);
+
+/// Returns what `draw` makes of each plane, in a row, with squares for pixels and as heads stand: z leads up.
+/// `pixel`: Level::sides.
+[[nodiscard]] ScalarField drawn_beside(std::span<const Plane> planes, const std::array<double, 3>& pixel,
+                                       const std::function<ScalarField(const Plane&)>& draw);
+/// The lines of a grid in the plane after the displacement (in steps from site to site). They stay in it:
+/// what leads out of it does not show.
+[[nodiscard]] ScalarField warped_grid(const VectorField& steps, const Plane& plane);
+/// area_change_map() in the plane, of a displacement in steps from site to site.
+[[nodiscard]] ScalarField content_change(const VectorField& steps, const Plane& plane);
 
 /// Throws InputError where `file`, of `option`, is one of those that run writes into its folder anyway; "a"
 /// and

@@ -5,8 +5,10 @@
 #include "harness/applications/registration.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/cli/picture_pair.hpp"
+#include "harness/cli/run_files.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/registration/ways.hpp"
+#include "harness/scene/row_fields.hpp"
 
 #include <cmath>
 
@@ -61,31 +63,38 @@ std::vector<std::string> output_files() {
 }
 
 void write_files(const Call& call, const PictureData& data, Outcome& outcome) {
-  const Extent extent = data.source.extent;
-  const ScalarField warped = warp(data.source, outcome.displacement);
+  const VectorField& displacement = outcome.displacement;
+  const std::vector<Plane> planes = planes_to_show(displacement);
+  const auto drawn = [&](const auto& draw) { return drawn_beside(planes, data.scene.full.sides, draw); };
+  const auto slices_of = [&](const ScalarField& field) {
+    return drawn([&](const Plane& plane) { return slice_of(field, plane); });
+  };
+  const ScalarField source = slices_of(data.source);
+  const ScalarField target = slices_of(data.target);
+  const ScalarField warped =
+      drawn([&](const Plane& plane) { return warp(data.source, displacement, plane); });
   // Grey, or red above 0 and blue below, full at `largest`.
   const auto gray = [&](const char* name, const char* caption, const ScalarField& picture) {
     write_png(picture_file(outcome.row, call, name, caption), picture);
   };
   const auto signed_values = [&](const char* name, const char* caption, const ScalarField& values,
                                  double largest) {
-    write_signed_png(picture_file(outcome.row, call, name, caption), extent, values.values, largest);
+    write_signed_png(picture_file(outcome.row, call, name, caption), values.extent, values.values, largest);
   };
-  gray("source", "source", data.source);
-  gray("target", "target", data.target);
+  gray("source", "source", source);
+  gray("target", "target", target);
   gray("warped", "source, moved to the target", warped);
-  gray("checkerboard-before", "source and target in turn, before", checkerboard(data.source, data.target));
-  gray("checkerboard-after", "the same, after", checkerboard(warped, data.target));
-  gray("grid", "grid, deformed", warp(grid_picture(extent, grid_spacing(extent)), outcome.displacement));
+  gray("checkerboard-before", "source and target in turn, before", checkerboard(source, target));
+  gray("checkerboard-after", "the same, after", checkerboard(warped, target));
+  gray("grid", "grid, deformed", drawn([&](const Plane& plane) { return warped_grid(displacement, plane); }));
   constexpr double largest_difference = 128.0; // gray values
   signed_values("difference-before", "target minus source: red brighter, blue darker",
-                difference_of(data.target, data.source), largest_difference);
-  signed_values("difference-after", "the same, after", difference_of(data.target, warped),
-                largest_difference);
-  signed_values("jacobian", "change of area: blue smaller (full: a fold), red larger",
-                area_change_map(outcome.displacement), 1.0);
+                difference_of(target, source), largest_difference);
+  signed_values("difference-after", "the same, after", difference_of(target, warped), largest_difference);
+  signed_values("jacobian", "change of area or volume: blue smaller (full: a fold), red larger",
+                drawn([&](const Plane& plane) { return content_change(displacement, plane); }), 1.0);
   if (!outcome.confidence[0].empty()) {
-    ScalarField believed(extent);
+    ScalarField believed(data.source.extent);
     std::ranges::transform(outcome.confidence[0], outcome.confidence[1], believed.values.begin(),
                            [](float x, float y) { return 255.0F * (x + y); });
     gray("confidence", "where the registration is believed: white most", believed);
@@ -125,12 +134,11 @@ Outcome register_iterated(const Call& call, const PictureData& data, const Backe
                  {"energy", energy_near(ReferenceSolution::finite_elements).name},
                  {"iterations", json::array()}};
   for (const RegistrationIteration& iteration : found.iterations) {
-    outcome.row["iterations"].push_back({{"level", iteration.level},
-                                         {"width", iteration.extent.width},
-                                         {"height", iteration.extent.height},
-                                         {"difference", iteration.difference},
-                                         {"outliers", iteration.outliers},
-                                         {"step", iteration.step}});
+    outcome.row["iterations"].push_back(with_size({{"level", iteration.level},
+                                                   {"difference", iteration.difference},
+                                                   {"outliers", iteration.outliers},
+                                                   {"step", iteration.step}},
+                                                  iteration.extent));
   }
   outcome.displacement = std::move(found.displacement);
   return outcome;
@@ -179,9 +187,9 @@ int run_register(Call& call) {
   }
   write_files(call, data, outcome);
 
-  fmt::print("{}, {} pixels of {:.4g} mm, {} energy on {} ({})\n\n", data.scene.title,
-             data.scene.extent().text(), data.scene.spacing, row["energy"].get<std::string>(), backend.name(),
-             device.name);
+  fmt::print("{}, {} {} of {:.4g} mm, {} energy on {} ({})\n\n", data.scene.title, data.scene.extent().text(),
+             data.scene.extent().axes() == 3 ? "voxels" : "pixels", data.scene.spacing,
+             row["energy"].get<std::string>(), backend.name(), device.name);
   if (call[iterate]) {
     fmt::print("{}\n  {}\n\n", table_text(row["iterations"], "size|difference|outliers|step:step, px"),
                converged ? "Converged: the last step moved nothing by more than its tolerance."
@@ -252,6 +260,9 @@ const Option<int> simulations(
 
 int run_detect(Call& call) {
   const PictureData data = load_pictures(call);
+  if (data.scene.extent().axes() == 3) {
+    throw InputError("detect takes images only: cut a slice");
+  }
   const auto registry = make_backends();
   const Backend& backend = choose_backend(call, registry, data.scene);
   const Device device = backend.device(call.session());
@@ -330,7 +341,7 @@ void add_register(CLI::App& program, Call& call) {
       program, call, "register", run_register,
       "Find the displacement between two pictures.\n"
       "Find the displacement between two pictures of one person, with the tissues' moduli (thesis Algorithms "
-      "5 and 6).\n"
+      "5 and 6);\nbetween two volumes with --iterate, without --roi.\n"
       "Writes DIR/displacement.nrrd and pictures before and after. Exit status 1 where the pictures have no "
       "likeness,\nare no more alike than before, or the displacement turns tissue over.",
       {pair_options(schedule_options(true)), iterate},

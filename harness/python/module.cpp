@@ -83,7 +83,7 @@ std::unique_ptr<Result> solve_scene(py::object labels, py::object tissues, py::o
 constexpr const char* register_help =
     R"(How the tissue of one picture moved in another one, taken later: what `hdmbench register` computes, to the bit.
 
-source, target  two arrays of two axes of one shape: gray values before and after
+source, target  two arrays of one shape: gray values before and after; of three axes with iterate alone
 labels, tissues the tissues of source, as of solve(); label 0 is not tissue
 region          not 0 where the pictures are not to be believed: a growth, a resection. None: nowhere
 iterate         thesis Algorithm 6, which needs no ITK; else Algorithm 5

@@ -53,9 +53,6 @@ std::unique_ptr<Result> register_pictures(const PictureArguments& pictures, Scen
   Warnings warnings;
   work_interruptibly([&](Progress& progress) {
     scene = to_load.load(asked.schedule);
-    if (scene.extent().axes() != 2) {
-      throw InputError("register takes pictures of two axes: cut a slice");
-    }
     require_labels(scene);
     require_same("source", source, scene);
     require_same("target", target, scene);

@@ -6,7 +6,7 @@
 /// Two pictures of one person, in Python.
 namespace hdmbench::python {
 
-/// What Python gives: arrays of one shape, of two axes. None is what is not said.
+/// What Python gives: arrays of one shape. None is what is not said.
 struct PictureArguments {
   py::object source, target, region;
 };

@@ -276,12 +276,28 @@ class Registered(InFolder):
             self.same(result.displacement, read_nrrd(out / "displacement.nrrd")[:, :, 0])
             self.assertEqual(result.met, True if "iterate" in options else None)
 
+    def test_volumes_have_the_same_bits(self):
+        depth = 20
+        labels, source, target = (np.stack([one] * depth, axis=2) for one in
+                                  (self.labels, self.picture(0), self.picture(1)))
+        for name, volume in (("labels", labels), ("source", source), ("target", target)):
+            write_nrrd(self.folder / f"{name}.nrrd", volume, spacing=(1.5, 1.5, 1.5))
+        scene = self.folder / "scene.toml"
+        scene.write_text('energy = "elastic"\n[image]\nlabels = "labels.nrrd"\n' + tissues_file)
+        out = self.folder / "out"
+        run("register", self.folder / "source.nrrd", self.folder / "target.nrrd", "--scene", scene, "--iterate",
+            "--output", out)
+        result = hdmbench.register(source, target, labels, moduli, spacing=1.5, iterate=True)
+        self.same(result.displacement, read_nrrd(out / "displacement.nrrd"))
+        self.assertTrue(result.met)
+        self.assertLess(np.abs(result.displacement[22, 20, 10] - (1.5, 0, 0)).max(), 0.25)
+
     def test_refused(self):
         source, target = self.picture(0), self.picture(1)
         refused = [("do not overlap", (source * (self.at[0] < 20), target * (self.at[0] > 30), self.labels)),
                    ("target: has 40 x 48 pixels, the labels have 48 x 40", (source, target.T, self.labels)),
                    ("one label everywhere", (source, target, self.labels * 0)),
-                   ("two axes", [np.stack([one] * 3, axis=2) for one in (source, target, self.labels)])]
+                   ("16 pixels a side", [np.stack([one] * 3, axis=2) for one in (source, target, self.labels)])]
         for words, arrays in refused:
             with self.assertRaisesRegex(ValueError, words):
                 hdmbench.register(*arrays, moduli)

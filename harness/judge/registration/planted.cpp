@@ -16,45 +16,55 @@ namespace hdmbench {
 
 namespace {
 
-constexpr double mesh_width = 0.8; // pixels
+constexpr double volume_nodes = 30'000; // of a volume's mesh, about: a direct solver has them in a minute
 
-using Way = std::array<double, 2>; // pixels
+/// Pixels between the nodes of the mesh.
+double mesh_width_of(Extent extent) {
+  return extent.depth == 1 ? 0.8
+                           : std::max(3.0, std::cbrt(static_cast<double>(extent.sites()) / volume_nodes));
+}
 
-/// The deformation of a scene's tissue on a mesh of its own, at the scene's sites. modulus(x, y, labelled)
-/// MPa; prescribed(x, y, label), none: free.
+using Way = std::array<double, 3>;   // pixels
+using Place = std::array<double, 3>; // pixels; z is 0 in an image
+
+/// The deformation of a scene's tissue on a mesh of its own, at the scene's sites. modulus(place, labelled)
+/// MPa; prescribed(place, label), none: free.
 VectorField deformation(const Scene& scene,
-                        const std::function<double(double x, double y, double labelled)>& modulus,
-                        const std::function<std::optional<Way>(double x, double y, int label)>& prescribed) {
+                        const std::function<double(const Place& at, double labelled)>& modulus,
+                        const std::function<std::optional<Way>(const Place& at, int label)>& prescribed) {
   const Extent extent = scene.extent();
-  const auto nodes = [](int side) { return static_cast<int>(std::ceil((side - 1) / mesh_width)) + 1; };
+  const double mesh_width = mesh_width_of(extent);
+  const auto nodes = [&](int side) { return static_cast<int>(std::ceil((side - 1) / mesh_width)) + 1; };
   ElasticProblem problem;
-  problem.extent = {nodes(extent.width), nodes(extent.height)};
+  problem.extent = {nodes(extent.width), nodes(extent.height), nodes(extent.depth)};
   problem.modulus.resize(problem.extent.sites());
   problem.fixed = Planes<std::uint8_t>(problem.extent);
   problem.prescribed = ReferenceField(problem.extent);
-  for_each_site(problem.extent, [&](int column, int row) {
-    const double x = std::min(column * mesh_width, extent.width - 1.0);
-    const double y = std::min(row * mesh_width, extent.height - 1.0);
-    const std::size_t site = extent.index(static_cast<int>(std::lround(x)), static_cast<int>(std::lround(y)));
-    const std::size_t node = problem.extent.index(column, row);
-    problem.modulus[node] = modulus(x, y, static_cast<double>(scene.full.modulus.values[site]));
-    if (const auto way = prescribed(x, y, scene.labels.values[site])) {
-      problem.fixed[0][node] = 1;
-      problem.fixed[1][node] = 1;
-      problem.prescribed[0][node] = (*way)[0] / mesh_width;
-      problem.prescribed[1][node] = (*way)[1] / mesh_width;
+  for_each_site(problem.extent, [&](int column, int row, int plane) {
+    const Place at{std::min(column * mesh_width, extent.width - 1.0),
+                   std::min(row * mesh_width, extent.height - 1.0),
+                   std::min(plane * mesh_width, extent.depth - 1.0)};
+    const auto nearest = [](double of) { return static_cast<int>(std::lround(of)); };
+    const std::size_t site = extent.index(nearest(at[0]), nearest(at[1]), nearest(at[2]));
+    const std::size_t node = problem.extent.index(column, row, plane);
+    problem.modulus[node] = modulus(at, static_cast<double>(scene.full.modulus.values[site]));
+    if (const auto way = prescribed(at, scene.labels.values[site])) {
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        problem.fixed[axis][node] = 1;
+        problem.prescribed[axis][node] = (*way)[axis] / mesh_width;
+      }
     }
   });
   const VectorField on_mesh =
       solve_finite_elements(problem, ElementRule::of(problem.extent, planted_poisson)).to_float();
   VectorField field(extent);
-  for_each_site(extent, [&](int x, int y) {
-    const std::size_t site = extent.index(x, y);
-    const auto at_x = static_cast<float>(x / mesh_width);
-    const auto at_y = static_cast<float>(y / mesh_width);
+  for_each_site(extent, [&](int x, int y, int z) {
     const auto unit = static_cast<float>(mesh_width);
-    field[0][site] = unit * sample(on_mesh[0], problem.extent, at_x, at_y);
-    field[1][site] = unit * sample(on_mesh[1], problem.extent, at_x, at_y);
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      field[axis][extent.index(x, y, z)] =
+          unit * sample(on_mesh[axis], problem.extent, static_cast<float>(x / mesh_width),
+                        static_cast<float>(y / mesh_width), static_cast<float>(z / mesh_width));
+    }
   });
   return field;
 }
@@ -68,22 +78,18 @@ ScalarField depth_of(const LabelField& labels) {
   return depth;
 }
 
-struct Place {
-  double x = 0.0;
-  double y = 0.0;
-};
-
 Place middle_of(const LabelField& labels) {
-  Place middle;
+  Place middle{};
   double sites = 0.0;
-  for_each_site(labels.extent, [&](int x, int y) {
-    if (labels.values[labels.extent.index(x, y)] > 0) {
-      middle.x += x;
-      middle.y += y;
+  for_each_site(labels.extent, [&](int x, int y, int z) {
+    if (labels.values[labels.extent.index(x, y, z)] > 0) {
+      middle[0] += x;
+      middle[1] += y;
+      middle[2] += z;
       sites += 1.0;
     }
   });
-  return {middle.x / sites, middle.y / sites};
+  return {middle[0] / sites, middle[1] / sites, middle[2] / sites};
 }
 
 /// A random site between `least` and `most` deep; least is lowered where the tissue is not as deep.
@@ -95,53 +101,69 @@ Place random_place(const ScalarField& depth, double least, double most, Gaussian
     const int y = static_cast<int>(random.uniform() * depth.extent.height);
     const auto here = static_cast<double>(depth.values[depth.extent.index(x, y)]);
     if (here >= least && here <= std::max(most, least + 2.0)) {
-      return {static_cast<double>(x), static_cast<double>(y)};
+      return {static_cast<double>(x), static_cast<double>(y), 0.0};
     }
   }
 }
 
-/// The skull comes in from `angle`, the less the further round; `width` says how far round it does.
-Way pressed(const Place& middle, double x, double y, double angle, double amplitude, double width) {
-  const double here = std::atan2(y - middle.y, x - middle.x) - angle;
-  const double share = amplitude * std::exp(-(1.0 - std::cos(here)) * width);
-  return {-share * std::cos(angle), -share * std::sin(angle)};
+/// The skull comes in from `angle`, in a volume also from above, the less the further round; `width` says how
+/// far round it does.
+Way pressed(const Place& middle, const Place& at, double angle, double amplitude, double width,
+            bool in_volume) {
+  const double tilt = in_volume ? 0.5 : 0.0;
+  const double x = at[0] - middle[0];
+  const double y = at[1] - middle[1];
+  const double z = at[2] - middle[2];
+  const double here = std::atan2(y, x) - angle;
+  const double across = std::hypot(x, y);
+  const double far = in_volume ? std::max(std::hypot(across, z), 1.0) : across;
+  const double level = in_volume ? across / far * std::cos(tilt) : 1.0;
+  const double along = std::cos(here) * level + (in_volume ? std::sin(tilt) * z / far : 0.0);
+  const double share = amplitude * std::exp(-(1.0 - along) * width);
+  return {-share * std::cos(angle) * std::cos(tilt), -share * std::sin(angle) * std::cos(tilt),
+          -share * std::sin(tilt)};
 }
 constexpr double wide_pressure = 4.0;
 constexpr double narrow_pressure = 12.0;
 
 /// Catmull and Rom; beyond the border the nearest pixel.
-float cubic_at(const ScalarField& picture, double x, double y) {
+float cubic_at(const ScalarField& picture, const Place& at) {
   const Extent extent = picture.extent;
-  const double inside_x = std::clamp(x, 0.0, extent.width - 1.0);
-  const double inside_y = std::clamp(y, 0.0, extent.height - 1.0);
-  const int left = static_cast<int>(inside_x);
-  const int top = static_cast<int>(inside_y);
-  const auto weights = [](double t) {
-    return std::array{((-0.5 * t + 1.0) * t - 0.5) * t, (1.5 * t - 2.5) * t * t + 1.0,
-                      ((-1.5 * t + 2.0) * t + 0.5) * t, (0.5 * t - 0.5) * t * t};
+  std::array<int, 3> first{};
+  std::array<std::array<double, 4>, 3> weights{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double inside = std::clamp(at[axis], 0.0, extent.sides()[axis] - 1.0);
+    first[axis] = static_cast<int>(inside);
+    const double t = inside - first[axis];
+    weights[axis] = {((-0.5 * t + 1.0) * t - 0.5) * t, (1.5 * t - 2.5) * t * t + 1.0,
+                     ((-1.5 * t + 2.0) * t + 0.5) * t, (0.5 * t - 0.5) * t * t};
+  }
+  const auto near = [&](std::size_t axis, std::size_t tap) {
+    return std::clamp(first[axis] + static_cast<int>(tap) - 1, 0, extent.sides()[axis] - 1);
   };
-  const auto across = weights(inside_x - left);
-  const auto down = weights(inside_y - top);
   double sum = 0.0;
-  for (int j = 0; j < 4; ++j) {
-    for (int i = 0; i < 4; ++i) {
-      const int column = std::clamp(left + i - 1, 0, extent.width - 1);
-      const int row = std::clamp(top + j - 1, 0, extent.height - 1);
-      sum += across[static_cast<std::size_t>(i)] * down[static_cast<std::size_t>(j)] *
-             static_cast<double>(picture.values[extent.index(column, row)]);
+  for (std::size_t k = extent.depth > 1 ? 0 : 1; k < (extent.depth > 1 ? 4 : 2); ++k) {
+    for (std::size_t j = 0; j < 4; ++j) {
+      for (std::size_t i = 0; i < 4; ++i) {
+        sum += weights[0][i] * weights[1][j] * weights[2][k] *
+               static_cast<double>(picture.values[extent.index(near(0, i), near(1, j), near(2, k))]);
+      }
     }
   }
   return static_cast<float>(sum);
 }
 
-/// Where what is at (x, y) afterwards came from: x = s + d(s).
-Place origin_of(const VectorField& truth, double x, double y) {
-  Place from{x, y};
+/// Where what is there afterwards came from: at = s + d(s).
+Place origin_of(const VectorField& truth, const Place& at) {
+  Place from = at;
   for (int iteration = 0; iteration < 60; ++iteration) {
-    const auto at_x = static_cast<float>(from.x);
-    const auto at_y = static_cast<float>(from.y);
-    from.x = 0.5 * (from.x + x - static_cast<double>(sample(truth[0], truth.extent, at_x, at_y)));
-    from.y = 0.5 * (from.y + y - static_cast<double>(sample(truth[1], truth.extent, at_x, at_y)));
+    const auto x = static_cast<float>(from[0]);
+    const auto y = static_cast<float>(from[1]);
+    const auto z = static_cast<float>(from[2]);
+    for (std::size_t axis = 0; axis < truth.extent.axes(); ++axis) {
+      const auto way = static_cast<double>(sample(truth[axis], truth.extent, x, y, z));
+      from[axis] = 0.5 * (from[axis] + at[axis] - way);
+    }
   }
   return from;
 }
@@ -165,10 +187,16 @@ void set_pictures(const Scene& scene, double noise, GaussianNoise& random, Plant
   pair.target = ScalarField(extent);
   (void)random.uniform(); // results of before drew two numbers here
   (void)random.uniform();
-  for_each_site(extent, [&](int x, int y) {
-    const Place from = origin_of(pair.truth, x, y);
-    const double gray = looks(from, static_cast<double>(cubic_at(scene.picture, from.x, from.y)));
-    pair.target.values[extent.index(x, y)] = static_cast<float>(std::clamp(gray, 0.0, 255.0));
+  const auto rows = static_cast<std::size_t>(extent.rows());
+  on_all_threads(rows, extent.sites() > sites_worth_threads, [&](std::size_t number) {
+    const int row = static_cast<int>(number);
+    for (int x = 0; x < extent.width; ++x) {
+      const Place from =
+          origin_of(pair.truth, {static_cast<double>(x), static_cast<double>(row % extent.height),
+                                 static_cast<double>(row / extent.height)});
+      const double gray = looks(from, static_cast<double>(cubic_at(scene.picture, from)));
+      pair.target.values[extent.index(x, row)] = static_cast<float>(std::clamp(gray, 0.0, 255.0));
+    }
   });
   for (ScalarField* const picture : {&pair.source, &pair.target}) {
     for (float& gray : picture->values) {
@@ -180,7 +208,7 @@ void set_pictures(const Scene& scene, double noise, GaussianNoise& random, Plant
 ScalarField disc(Extent extent, const Place& centre, double radius) {
   ScalarField mask(extent);
   for_each_site(extent, [&](int x, int y) {
-    mask.values[extent.index(x, y)] = std::hypot(x - centre.x, y - centre.y) <= radius ? 1.0F : 0.0F;
+    mask.values[extent.index(x, y)] = std::hypot(x - centre[0], y - centre[1]) <= radius ? 1.0F : 0.0F;
   });
   return mask;
 }
@@ -190,44 +218,56 @@ ScalarField disc(Extent extent, const Place& centre, double radius) {
 PlantedPair plant(const Scene& scene, const PlantedOptions& options) {
   require_anatomy(scene);
   const Extent extent = scene.extent();
-  GaussianNoise random(options.seed);
-  const double radius = options.region_share * extent.width;
-  const ScalarField depth = depth_of(scene.labels);
-  const Place middle = middle_of(scene.labels);
+  const bool in_volume = extent.axes() == 3;
   const bool grows = options.kind == Planted::growth;
   const bool resects = options.kind == Planted::resection;
-  const Place centre = resects ? random_place(depth, radius + 4.0, radius + 12.0, random)
-                               : random_place(depth, radius + 1.5 * options.amplitude + 4.0, 1e6, random);
+  if (in_volume && (grows || resects)) {
+    throw InputError(fmt::format("{} is a volume, in which only pressure can be planted", scene.name));
+  }
+  GaussianNoise random(options.seed);
+  const double radius = options.region_share * extent.width;
+  const Place middle = middle_of(scene.labels);
+  Place centre{};
+  if (!in_volume) {
+    const ScalarField depth = depth_of(scene.labels);
+    centre = resects ? random_place(depth, radius + 4.0, radius + 12.0, random)
+                     : random_place(depth, radius + 1.5 * options.amplitude + 4.0, 1e6, random);
+  }
   const double angle =
-      resects ? std::atan2(centre.y - middle.y, centre.x - middle.x) : 2.0 * M_PI * random.uniform();
-  const auto is_inside = [&](double x, double y) { return std::hypot(x - centre.x, y - centre.y) <= radius; };
+      resects ? std::atan2(centre[1] - middle[1], centre[0] - middle[0]) : 2.0 * M_PI * random.uniform();
+  const auto is_inside = [&](const Place& at) {
+    return std::hypot(at[0] - centre[0], at[1] - centre[1]) <= radius;
+  };
   PlantedPair pair;
   pair.truth = deformation(
-      scene, [&](double x, double y, double labelled) { return resects && is_inside(x, y) ? 0.3 : labelled; },
-      [&](double x, double y, int label) -> std::optional<Way> {
-        if (grows && is_inside(x, y)) {
-          return Way{options.amplitude * (x - centre.x) / radius,
-                     options.amplitude * (y - centre.y) / radius};
+      scene, [&](const Place& at, double labelled) { return resects && is_inside(at) ? 0.3 : labelled; },
+      [&](const Place& at, int label) -> std::optional<Way> {
+        if (grows && is_inside(at)) {
+          return Way{options.amplitude * (at[0] - centre[0]) / radius,
+                     options.amplitude * (at[1] - centre[1]) / radius};
         }
         if (label != 0) {
           return std::nullopt;
         }
-        return grows ? Way{0.0, 0.0}
-                     : pressed(middle, x, y, angle, options.amplitude,
-                               resects ? narrow_pressure : wide_pressure);
+        return grows ? Way{}
+                     : pressed(middle, at, angle, options.amplitude,
+                               resects ? narrow_pressure : wide_pressure, in_volume);
       });
   // A segmented mass; of what was taken out, with what lies around.
-  pair.region = disc(extent, centre, radius * (grows ? 1.03 : 1.25));
+  pair.region = in_volume ? ScalarField(extent) : disc(extent, centre, radius * (grows ? 1.03 : 1.25));
   set_pictures(scene, options.noise, random, pair, [&](const Place& from, double gray) {
-    return grows && is_inside(from.x, from.y) ? 200.0 + 20.0 * std::sin(0.9 * from.x) * std::cos(0.7 * from.y)
-           : resects && is_inside(from.x, from.y) ? 30.0
-                                                  : gray;
+    return grows && is_inside(from)     ? 200.0 + 20.0 * std::sin(0.9 * from[0]) * std::cos(0.7 * from[1])
+           : resects && is_inside(from) ? 30.0
+                                        : gray;
   });
   return pair;
 }
 
 PlantedField plant(const Scene& scene, const PlantedInclusion& options) {
   require_anatomy(scene);
+  if (scene.extent().axes() == 3) {
+    throw InputError(fmt::format("{} is a volume: inclusions are hidden in images only", scene.name));
+  }
   const Extent extent = scene.extent();
   GaussianNoise random(options.seed);
   const double region_radius = options.region_share * extent.width;
@@ -237,8 +277,8 @@ PlantedField plant(const Scene& scene, const PlantedInclusion& options) {
   const double off = std::max(region_radius - options.radius - 3.0, 0.0) * std::sqrt(random.uniform());
   const double direction = 2.0 * M_PI * random.uniform();
   PlantedField field;
-  field.x = centre.x + off * std::cos(direction);
-  field.y = centre.y + off * std::sin(direction);
+  field.x = centre[0] + off * std::cos(direction);
+  field.y = centre[1] + off * std::sin(direction);
   field.region = disc(extent, centre, region_radius);
   for (std::size_t site = 0; site < extent.sites(); ++site) {
     if (scene.labels.values[site] == 0) {
@@ -247,12 +287,12 @@ PlantedField plant(const Scene& scene, const PlantedInclusion& options) {
   }
   field.observed = deformation(
       scene,
-      [&](double x, double y, double labelled) {
-        return std::hypot(x - field.x, y - field.y) <= options.radius ? options.contrast * labelled
-                                                                      : labelled;
+      [&](const Place& at, double labelled) {
+        const bool is_inside = std::hypot(at[0] - field.x, at[1] - field.y) <= options.radius;
+        return is_inside ? options.contrast * labelled : labelled;
       },
-      [&](double x, double y, int label) -> std::optional<Way> {
-        return label == 0 ? std::optional(pressed(middle, x, y, angle, options.amplitude, wide_pressure))
+      [&](const Place& at, int label) -> std::optional<Way> {
+        return label == 0 ? std::optional(pressed(middle, at, angle, options.amplitude, wide_pressure, false))
                           : std::nullopt;
       });
   double largest = 0.0;

@@ -34,9 +34,10 @@ struct PlantedPair {
   ScalarField region; ///< of interest: not 0
 };
 
-/// A pair of pictures whose displacement is known: plane-stress finite elements on a mesh of 0.8 pixels with
-/// the scene's labels (label 0 is the skull, prescribed), cubic interpolation of the picture, noise.
-/// Throws InputError where the scene has no picture or no labels, or too few to find a place in.
+/// A pair of pictures whose displacement is known: plane-stress finite elements on a mesh of 0.8 pixels, in a
+/// volume trilinear ones on a mesh of 3 voxels or at most about 30,000 nodes, with the scene's labels (label
+/// 0 is the skull, prescribed), cubic interpolation of the picture, noise. Throws InputError where the scene
+/// has no picture or no labels, or too few to find a place in, and for anything but pressure in a volume.
 [[nodiscard]] PlantedPair plant(const Scene& scene, const PlantedOptions& options);
 
 /// A part of the tissue that is stiffer or softer than its label says, which no picture shows.

@@ -30,12 +30,16 @@ double dice_of(const VectorField& displacement, const VectorField& truth, const 
   const Extent extent = labels.extent;
   const auto moved = [&](const VectorField& by) {
     std::vector<int> landed(extent.sites(), no_label);
-    for_each_site(extent, [&](int x, int y) {
-      const std::size_t site = extent.index(x, y);
-      const auto column = static_cast<int>(std::lround(static_cast<float>(x) + by[0][site]));
-      const auto row = static_cast<int>(std::lround(static_cast<float>(y) + by[1][site]));
-      if (column >= 0 && row >= 0 && column < extent.width && row < extent.height) {
-        landed[extent.index(column, row)] = labels.values[site];
+    for_each_site(extent, [&](int x, int y, int z) {
+      std::array<int, 3> at{};
+      bool is_inside = true;
+      std::ranges::transform(end_of(by, x, y + z * extent.height), at.begin(),
+                             [](float of) { return static_cast<int>(std::lround(of)); });
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        is_inside = is_inside && at[axis] >= 0 && at[axis] < extent.sides()[axis];
+      }
+      if (is_inside) {
+        landed[extent.index(at[0], at[1], at[2])] = labels.values[extent.index(x, y, z)];
       }
     });
     return landed;
@@ -82,8 +86,9 @@ VectorField given_outside(const Scene& scene, const PlantedPair& pair, bool look
 std::int64_t folds_of(const VectorField& displacement, const LabelField& labels) {
   const ScalarField areas = least_area_ratios(displacement);
   std::int64_t folds = 0;
-  for_each_site(areas.extent, [&](int x, int y) {
-    folds += labels.values[labels.extent.index(x, y)] > 0 && !(areas.values[areas.extent.index(x, y)] > 0.0F);
+  for_each_site(areas.extent, [&](int x, int y, int z) {
+    folds += labels.values[labels.extent.index(x, y, z)] > 0 &&
+             !(areas.values[areas.extent.index(x, y, z)] > 0.0F);
   });
   return folds;
 }
@@ -100,9 +105,11 @@ RegistrationError error_of(const VectorField& displacement, const PlantedPair& p
   std::vector<double> region;
   for (std::size_t site = 0; site < labels.extent.sites(); ++site) {
     if (labels.values[site] > 0) {
-      const double x = double{displacement[0][site]} - double{pair.truth[0][site]};
-      const double y = double{displacement[1][site]} - double{pair.truth[1][site]};
-      tissue.push_back(x * x + y * y);
+      double& square = tissue.emplace_back(0.0);
+      for (std::size_t axis = 0; axis < labels.extent.axes(); ++axis) {
+        const double error = double{displacement[axis][site]} - double{pair.truth[axis][site]};
+        square += error * error;
+      }
       if (pair.region.values[site] != 0.0F) {
         region.push_back(tissue.back());
       }
@@ -132,9 +139,11 @@ json compare_rivals(const Scene& scene, const PlantedOptions& planted, bool slow
   std::vector<RegisteredPair> all =
       register_every_way({pair.source, pair.target, pair.region, looks_different}, elastic, slow, backend,
                          session, caption, progress);
-  RegisteredPair& given = all.emplace_back(
-      given_outside(elastic, pair, looks_different, backend, session, progress), row_of(scene));
-  given.row.update({{"method", truth_outside}, {"knows_region", true}, {"seconds", 0.0}});
+  if (scene.extent().axes() == 2) { // in which there is a region
+    RegisteredPair& given = all.emplace_back(
+        given_outside(elastic, pair, looks_different, backend, session, progress), row_of(scene));
+    given.row.update({{"method", truth_outside}, {"knows_region", true}, {"seconds", 0.0}});
+  }
   json rows = json::array();
   for (const RegisteredPair& registered : all) {
     json& row = rows.emplace_back(registered.row);

@@ -2,6 +2,7 @@
 
 #include "harness/applications/registration.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/row_fields.hpp"
 
 #include <fmt/format.h>
 
@@ -30,7 +31,7 @@ struct NamedWay {
 } // namespace
 
 json row_of(const Scene& scene) {
-  return {{"scene", scene.name}, {"width", scene.extent().width}, {"height", scene.extent().height}};
+  return with_size({{"scene", scene.name}}, scene.extent());
 }
 
 Scene with_elastic_energy(Scene scene) {
@@ -64,12 +65,14 @@ std::vector<RegisteredPair> register_every_way(const PairToRegister& pair, const
   };
   const IteratedOptions smooth{.iterations = 60, .stiffness = 0.3, .gaussian = 2.0, .smallest_step = 0.01};
   const bool has_region = std::ranges::any_of(pair.region.values, [](float value) { return value != 0.0F; });
+  const bool is_image = scene.extent().axes() == 2; // volumes have one way
+  slow = slow && is_image;
   const std::vector<NamedWay> ways{
       {not_registered, true, false, [&] { return Found{VectorField(scene.extent())}; }},
       {by_b_splines, slow, told, conventionally},
       {algorithm_5, slow, true, [&] { return physically(found.at(by_b_splines)); }},
       {algorithm_6, true, told, [&] { return iterate(unseen, {}); }},
-      {gaussian_6, true, told, [&] { return iterate(unseen, smooth); }},
+      {gaussian_6, is_image, told, [&] { return iterate(unseen, smooth); }},
       {algorithm_5_after_6, has_region, true,
        [&] { return physically(told ? found.at(algorithm_6) : iterate(pair.region, {})); }}};
   std::vector<RegisteredPair> all;

@@ -112,8 +112,8 @@ ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, const
     : session_(session), slenderness_(slenderness(full)),
       sprung_(true), sheet_{&full, &springs, model.poisson} {
   load(timed(timings_.projection, [&] {
-    return springs.xx.values.empty() ? make_elastic_hierarchy(full, model, Springs::none)
-                                     : make_elastic_hierarchy(full, model, springs);
+    return springs.entries.empty() ? make_elastic_hierarchy(full, model, Springs::none)
+                                   : make_elastic_hierarchy(full, model, springs);
   }));
 }
 
@@ -128,18 +128,19 @@ void ElasticSolver::pull(VectorField start, const VectorField& forces_there) {
   const Level& full = *sheet_.level;
   const double unit = force_unit(full, sheet_.poisson);
   const SiteSprings& springs = *sheet_.springs;
-  const bool held = !springs.xx.values.empty();
+  const std::size_t axes = full.extent.axes();
+  const bool held = !springs.entries.empty();
+#pragma omp parallel for if (full.extent.sites() > sites_worth_threads)
   for (std::size_t at = 0; at < full.extent.sites(); ++at) {
-    const double x = start_[0][at];
-    const double y = start_[1][at];
-    double along_x = forces_there[0][at];
-    double along_y = forces_there[1][at];
-    if (held) { // they pulled from 0
-      along_x += springs.xx.values[at] * x + springs.xy.values[at] * y;
-      along_y += springs.xy.values[at] * x + springs.yy.values[at] * y;
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      double pulled = 0.0; // they pulled from 0
+      for (std::size_t other = 0; held && other < axes; ++other) {
+        pulled += double{springs.entries[symmetric_entry(axes, axis, other)][at]} * double{start_[other][at]};
+      }
+      const double along = double{forces_there[axis][at]} + pulled;
+      load[axis][at] =
+          full.confidence[axis][at] >= 1.0F ? 0.0F : static_cast<float>(load[axis][at] + unit * along);
     }
-    load[0][at] = full.confidence[0][at] >= 1.0F ? 0.0F : static_cast<float>(load[0][at] + unit * along_x);
-    load[1][at] = full.confidence[1][at] >= 1.0F ? 0.0F : static_cast<float>(load[1][at] + unit * along_y);
   }
   session_.write(0, ElasticField::load, load);
   session_.write(0, ElasticField::displacement, VectorField(full.extent));

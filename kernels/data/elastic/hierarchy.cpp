@@ -451,8 +451,10 @@ ElasticHierarchy make_elastic_hierarchy(const Level& full, const ElasticModel& m
 ElasticHierarchy make_elastic_hierarchy(const Level& full, const ElasticModel& model,
                                         const SiteSprings& springs) {
   const auto spring_at = [&springs](std::size_t at) {
-    return Spring{static_cast<double>(springs.xx.values[at]), static_cast<double>(springs.xy.values[at]),
-                  static_cast<double>(springs.yy.values[at])};
+    Spring spring{};
+    std::ranges::transform(springs.entries, spring.begin(),
+                           [at](const std::vector<float>& entry) { return static_cast<double>(entry[at]); });
+    return spring;
   };
   return hierarchy_of(full, model, &spring_at);
 }

@@ -25,13 +25,15 @@ namespace hdmbench {
   return first * axes - first * (first + 1) / 2 + (row < column ? column : row);
 }
 
-/// A spring at every site that pulls it back to where it is at rest, in MPa times the thickness of the sheet.
-/// Its force is minus this times the way, so it may hold one direction more than another, as an edge of a
-/// picture does: symmetric and positive semidefinite.
+/// A spring at every site that pulls it back to where it is at rest, in MPa times the thickness of the sheet,
+/// or the side of a voxel. Its force is minus this times the way, so it may hold one direction more than
+/// another, as an edge of a picture does: symmetric and positive semidefinite.
 struct SiteSprings {
-  ScalarField xx;
-  ScalarField xy;
-  ScalarField yy;
+  SiteSprings() = default; ///< none
+  explicit SiteSprings(Extent extent)
+      : entries(extent.axes() * (extent.axes() + 1) / 2, std::vector<float>(extent.sites())) {}
+
+  std::vector<std::vector<float>> entries; ///< symmetric_entry() of all sites; no entries: no springs
 };
 
 /// Returns the confidence of an observation with a standard deviation of so many pixels, >= 0: its spring is
