@@ -98,6 +98,24 @@ ElasticCase elastic_case(Extent extent, Tissue tissue, Held held, double contras
           make_elastic_hierarchy(level, model)};
 }
 
+/// Springs that hold one direction more than another, as a registration has them at every site.
+ElasticCase case_of_springs(Extent extent, std::uint64_t seed) {
+  const VectorField along = random_field(extent, seed);
+  const std::size_t axes = extent.axes();
+  SiteSprings springs(extent);
+  for (std::size_t site = 0; site < extent.sites(); ++site) {
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      for (std::size_t other = axis; other < axes; ++other) {
+        springs.entries[symmetric_entry(axes, axis, other)][site] =
+            30.0F * along[axis][site] * along[other][site];
+      }
+    }
+  }
+  const Level level = elastic_level(extent, Tissue::noise, Held::scattered, 100.0, seed);
+  return {fmt::format("springs along random_field({{{}}}, {})", extent.text(", "), seed),
+          make_elastic_hierarchy(level, 0.3, springs)};
+}
+
 } // namespace
 
 std::vector<ElasticCase> elastic_cases() {
@@ -122,24 +140,14 @@ std::vector<ElasticCase> elastic_cases() {
       const Held held = all_held[(seed + other) % all_held.size()];
       cases.push_back(elastic_case(extent, all_tissues[seed % 4], held, 100.0, 0.3, seed));
     }
-    // Springs that hold one direction more than another, as a registration has them at every site.
-    const VectorField along = random_field(extent, ++seed);
-    SiteSprings springs(extent);
-    for (std::size_t site = 0; site < extent.sites(); ++site) {
-      springs.entries[0][site] = 30.0F * along[0][site] * along[0][site];
-      springs.entries[1][site] = 30.0F * along[0][site] * along[1][site];
-      springs.entries[2][site] = 30.0F * along[1][site] * along[1][site];
-    }
-    const Level level = elastic_level(extent, Tissue::noise, Held::scattered, 100.0, seed);
-    cases.push_back(
-        {fmt::format("springs along random_field({{{}, {}}}, {})", extent.width, extent.height, seed),
-         make_elastic_hierarchy(level, 0.3, springs)});
+    cases.push_back(case_of_springs(extent, ++seed));
   }
   for (const Extent extent : odd_volumes()) {
     for (const Held held : {Held::border, Held::regions, Held::springs}) {
       ++seed;
       cases.push_back(elastic_case(extent, all_tissues[seed % 4], held, 100.0, 0.3, seed));
     }
+    cases.push_back(case_of_springs(extent, ++seed));
   }
   return cases;
 }

@@ -300,7 +300,8 @@ private:
         std::max(robust_deviation(sight.differences, sight.slope, pictures_.unseen), noise_);
     const double octaves = level_ + (number < 2 ? 1.0 : 0.0);
     const auto scale = static_cast<float>(outlier * deviation * std::exp2(octaves));
-    const auto unit = static_cast<float>(1.0 / (options_.stiffness * noise_ * noise_));
+    const double stiffness = (extent.axes() == 3 ? 0.5 : 1.0) * options_.stiffness;
+    const auto unit = static_cast<float>(1.0 / (stiffness * noise_ * noise_));
     ScalarField weight(extent); // of a difference, squared; 0 where nobody looks
     double robust = 0.0;
     double weights = 0.0;
@@ -436,19 +437,22 @@ IteratedRegistration register_iteratively(const ScalarField& source, const Scala
                                           const IteratedOptions& options, ElasticSession& session,
                                           Progress& progress) {
   require_pair(source, target);
-  if (source.extent.axes() == 3 && !unseen.values.empty()) {
-    throw InputError("registration of volumes knows no region of interest: leave it out");
+  if (source.extent.axes() == 3) {
+    if (!unseen.values.empty()) {
+      throw InputError("registration of volumes knows no region of interest: leave it out");
+    }
+    if (options.gaussian > 0.0) {
+      throw InputError("a Gaussian in place of the elastic energy is for images only");
+    }
+    RegisteredEnergy with_matrices = *scene.energy;
+    with_matrices.bytes_per_voxel = bytes_per_voxel;
+    require_memory(source.extent, with_matrices);
   }
   if (scene.full.sides != Level{}.sides) {
     throw InputError(
         "registration takes square pixels and cubes alone: resample the pictures and the labels");
   }
   require_conditions_alone(scene.full, "registration that looks again");
-  RegisteredEnergy of_matrices = *scene.energy;
-  of_matrices.bytes_per_voxel = bytes_per_voxel;
-  if (source.extent.axes() == 3) {
-    require_memory(source.extent, of_matrices);
-  }
   const auto start = std::chrono::steady_clock::now();
   const std::vector<PictureLevel> levels = picture_levels(source, target, scene, unseen, options.levels);
   IteratedRegistration result;

@@ -48,12 +48,14 @@ void require_labels(const Scene& scene);
                                      Progress& progress);
 
 struct IteratedOptions {
-  int levels = 5;         ///< of the pictures, from coarse to fine, each twice the size of the one before
-  int iterations = 8;     ///< per level, at most
-  double blur = 0.7;      ///< standard deviation of the Gaussian on every level, its pixels
-  double stiffness = 3.0; ///< weight of the strain energy against squared differences in units of the noise
+  int levels = 5;     ///< of the pictures, from coarse to fine, each twice the size of the one before
+  int iterations = 8; ///< per level, at most
+  double blur = 0.7;  ///< standard deviation of the Gaussian on every level, its pixels
+  /// Weight of the strain energy against squared differences in units of the noise; in a volume half of it,
+  /// between what leaves a deep displacement half a voxel short and what lets tissue fold.
+  double stiffness = 3.0;
   /// Above 0: no physics but a Gaussian of this standard deviation over the displacement, pixels of a level,
-  /// as others have it. To see what physics is worth.
+  /// as others have it, in images only. To see what physics is worth.
   double gaussian = 0.0;
   double smallest_step = 0.05; ///< pixels, RMS: less ends a level
 };
