@@ -19,7 +19,7 @@ constexpr double longest_step = 4.0; // pixels of a level: beyond, the gradients
 /// Weaker ones, over the tissue's modulus, are left out of a volume: the noise of pictures that show nothing
 /// makes them, and each takes a matrix.
 constexpr float weakest_spring = 0.1F;
-constexpr int bytes_per_voxel = 500; // by the peak of `register` with the scene head
+constexpr int bytes_per_voxel = 540; // by the peak of `register` with the scene head
 constexpr double least_noise = 0.01; // of the contrast: what interpolation and halving cost
 constexpr double outlier = 3.0;      // standard deviations
 /// What happened in a region that is not looked at drives the rest, a growth or a resection: it does not
