@@ -1,5 +1,6 @@
 #include "harness/applications/spread.hpp"
 
+#include "harness/scene/images/pixels.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/points.hpp"
 #include "kernels/data/elastic/set_up.hpp"
@@ -177,6 +178,22 @@ LeastCertain least_certain(const Scene& scene, const VectorField& deviation) {
   return found;
 }
 
+/// The level without its springs and loads; none where conditions do not hold it then, so that nobody can say
+/// how far forces would move it.
+std::optional<Level> without_springs(const Level& level) {
+  Level bare = level;
+  bare.force = {};
+  for (std::vector<float>& component : bare.confidence.planes) {
+    std::ranges::replace_if(component, is_spring, 0.0F);
+  }
+  try {
+    require_held(bare);
+  } catch (const InputError&) {
+    return std::nullopt;
+  }
+  return bare;
+}
+
 /// The scene's level, whose springs are at rest there; what loads do is part of the solution already.
 Level resting_at(const Level& level, const VectorField& rest) {
   Level drawn = level;
@@ -189,6 +206,18 @@ void add_to(VectorField& field, const VectorField& other, float sign) {
   for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
     std::ranges::transform(field[axis], other[axis], field[axis].begin(),
                            [&](float one, float more) { return one + sign * more; });
+  }
+}
+
+/// Calls `use` for every share of a point in a spring, in an order that is always the same.
+void for_each_share(const Scene& scene, const auto& use) {
+  for (const KnownPoint& point : scene.points) {
+    if (point.deviation > 0.0) {
+      for (const PointSpring& spring :
+           point_springs(point, scene.extent(), scene.full.sides, scene.spacing)) {
+        use(point, scene.extent().index(spring.at[0], spring.at[1], spring.at[2]), spring.weight);
+      }
+    }
   }
 }
 
@@ -243,7 +272,19 @@ VectorField prior_forces(const Scene& scene, NormalDraws& random) {
   return force.to_float();
 }
 
-Disturbance draw_disturbance(const Scene& scene, NormalDraws& random) {
+Gaps gaps_of(const Scene& scene, const VectorField& way) {
+  Gaps gaps;
+  for_each_share(scene, [&](const KnownPoint& point, std::size_t site, double) {
+    std::array<double, 3>& gap = gaps.emplace_back();
+    for (std::size_t axis = 0; axis < scene.extent().axes(); ++axis) {
+      gap[axis] = way[axis][site] -
+                  images::linear_at(way[axis], scene.extent(), point.at[0], point.at[1], point.at[2]);
+    }
+  });
+  return gaps;
+}
+
+Disturbance draw_disturbance(const Scene& scene, const Gaps& gaps, NormalDraws& random) {
   const Level& full = scene.full;
   const Extent extent = full.extent;
   Disturbance drawn{VectorField(extent), prior_forces(scene, random)};
@@ -252,19 +293,21 @@ Disturbance draw_disturbance(const Scene& scene, NormalDraws& random) {
   }
   ScalarField of_points(extent); // weights
   DoubleField pulls(drawn.rest); // weights times errors
-  for (const KnownPoint& point : scene.points) {
-    if (point.deviation > 0.0) {
-      std::array<double, 3> error{};
+  const KnownPoint* last = nullptr;
+  std::array<double, 3> error{}; // of that point
+  std::size_t share = 0;
+  for_each_share(scene, [&](const KnownPoint& point, std::size_t site, double weight) {
+    if (&point != last) {
       std::ranges::generate(error, [&] { return point.deviation * random(); });
-      for (const auto& [at, weight] : point_springs(point, extent, full.sides, scene.spacing)) {
-        const std::size_t site = extent.index(at[0], at[1], at[2]);
-        of_points.values[site] += static_cast<float>(weight);
-        for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-          pulls[axis][site] += weight * error[axis];
-        }
-      }
+      last = &point;
     }
-  }
+    const std::array<double, 3> gap = share < gaps.size() ? gaps[share] : std::array<double, 3>{};
+    ++share;
+    of_points.values[site] += static_cast<float>(weight);
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      pulls[axis][site] += weight * (error[axis] + gap[axis]);
+    }
+  });
   constexpr double rounding = 1e-5; // of a weight that went through a confidence
   for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
     for (std::size_t site = 0; site < extent.sites(); ++site) {
@@ -277,6 +320,35 @@ Disturbance draw_disturbance(const Scene& scene, NormalDraws& random) {
   }
   return drawn;
 }
+
+namespace {
+
+/// Returns for every stream the gaps_of() what its prior_forces() do to the tissue without springs; no gaps
+/// where there are no such points, or no condition holds the tissue without them.
+std::vector<Gaps> gaps_of_draws(const Scene& scene, std::vector<NormalDraws> streams, ElasticSession& session,
+                                Progress& progress) {
+  std::vector<Gaps> gaps(streams.size());
+  const bool has_points = std::ranges::any_of(scene.points, &KnownPoint::deviation);
+  const std::optional<Level> bare = has_points ? without_springs(scene.full) : std::nullopt;
+  if (!bare) {
+    return gaps;
+  }
+  ElasticSolver elastic(*bare, scene.elastic, session);
+  for (std::size_t number = 0; number < streams.size(); ++number) {
+    if (streams.size() > 1) {
+      progress.describe(
+          fmt::format("{}: how far may tissue move? {} of {}", scene.name, number + 1, streams.size()));
+    }
+    elastic.disturb(*bare, scene.elastic.poisson,
+                    {VectorField(scene.extent()), prior_forces(scene, streams[number])});
+    gaps[number] = gaps_of(
+        scene, solve_to_share(enough, most_steps, resting_at(*bare, VectorField(scene.extent())), elastic)
+                   .displacement);
+  }
+  return gaps;
+}
+
+} // namespace
 
 void require_spread(const Scene& scene, const SpreadRequest& request) {
   if (!scene.energy->is_of_cells()) {
@@ -305,29 +377,42 @@ Spread spread_of(const Scene& scene, const VectorField& solution, const SpreadRe
   }
   ElasticSession& session = solver.elastic();
   SumsOfDraws moments(scene.extent());
-  std::optional<ElasticSolver> certain;
+  const auto stream = [&](int number) {
+    return NormalDraws(request.seed, static_cast<std::uint32_t>(number));
+  };
   progress.set_total(0.0); // the number of the draw says how far it is
-  for (int number = 0; number < request.draws; ++number) {
+  const auto tell = [&](int number) {
     progress.describe(fmt::format("{}: how sure is it? {} of {}", scene.name, number + 1, request.draws));
-    NormalDraws random(request.seed, static_cast<std::uint32_t>(number));
-    if (request.moduli > 0.0) {
+  };
+  if (request.moduli > 0.0) {
+    for (int number = 0; number < request.draws; ++number) {
+      tell(number);
+      NormalDraws random = stream(number);
       const Scene drawn = with_drawn_moduli(scene, request.moduli, random);
+      const std::vector<Gaps> gaps = gaps_of_draws(drawn, {random}, session, progress);
       ElasticSolver elastic(drawn.full, drawn.elastic, session);
       VectorField way = solve_to_share(0.1 * enough, most_steps, drawn.full, elastic).displacement;
       add_to(way, solution, -1.0F);
-      const Disturbance by = draw_disturbance(drawn, random);
+      const Disturbance by = draw_disturbance(drawn, gaps.front(), random);
       elastic.disturb(drawn.full, drawn.elastic.poisson, by);
       add_to(way, solve_to_share(enough, most_steps, resting_at(drawn.full, by.rest), elastic).displacement,
              1.0F);
       moments.add(way);
-      continue;
     }
-    if (!certain) {
-      certain.emplace(scene.full, scene.elastic, session);
+  } else {
+    std::vector<NormalDraws> streams;
+    for (int number = 0; number < request.draws; ++number) {
+      streams.push_back(stream(number));
     }
-    const Disturbance by = draw_disturbance(scene, random);
-    certain->disturb(scene.full, scene.elastic.poisson, by);
-    moments.add(solve_to_share(enough, most_steps, resting_at(scene.full, by.rest), *certain).displacement);
+    const std::vector<Gaps> gaps = gaps_of_draws(scene, streams, session, progress);
+    ElasticSolver elastic(scene.full, scene.elastic, session);
+    for (int number = 0; number < request.draws; ++number) {
+      tell(number);
+      const auto at = static_cast<std::size_t>(number);
+      const Disturbance by = draw_disturbance(scene, gaps[at], streams[at]);
+      elastic.disturb(scene.full, scene.elastic.poisson, by);
+      moments.add(solve_to_share(enough, most_steps, resting_at(scene.full, by.rest), elastic).displacement);
+    }
   }
   Spread spread{moments.mean_from(solution), moments.deviation(), {}};
   spread.least_certain = least_certain(scene, spread.deviation);

@@ -373,7 +373,10 @@ std::vector<std::string> files_of(const Call& call, const Scene& scene, const Sp
                      "place in space; give nrrd or mha");
   }
   require_points(call, scene);
-  std::vector<std::string> names = file_names(scene, call[option::format], !call[no_pictures]);
+  const Pictures drawn = call[no_pictures] ? Pictures::none
+                         : how_sure.asked  ? Pictures::with_deviation
+                                           : Pictures::usual;
+  std::vector<std::string> names = file_names(scene, call[option::format], drawn);
   require_spread(call, scene, how_sure, names);
   if (have_images()) {
     let_first_check(call.ranks, [&] { require_files(call, scene, names); });
@@ -460,7 +463,8 @@ int run_scene(Call& call) {
   const Clock diagnosing;
   std::optional<FilesOfRun> written;
   if (absurd.empty()) {
-    written.emplace(call[option::output], files, call[transform], scene, solution.displacement);
+    written.emplace(call[option::output], files, call[transform], scene, solution.displacement,
+                    how_sure.found ? &how_sure.found->deviation : nullptr);
   }
   progress.describe(fmt::format("diagnose and write {}", scene.name));
   const Solved solved{scene,

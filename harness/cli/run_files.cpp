@@ -23,7 +23,20 @@ namespace hdmbench::commands {
 
 namespace {
 
-constexpr std::array picture_names{"before", "after", "grid", "magnitude", "jacobian", "slices"};
+/// Returns what the pictures of a scene are called.
+std::vector<std::string> picture_names(const Scene& scene, Pictures drawn) {
+  if (drawn == Pictures::none || !is_inspected(scene.extent())) {
+    return {};
+  }
+  std::vector<std::string> names{"before", "after", "grid", "magnitude", "jacobian"};
+  if (scene.extent().depth > 1) {
+    names.emplace_back("slices");
+  }
+  if (drawn == Pictures::with_deviation) {
+    names.emplace_back("deviation");
+  }
+  return names;
+}
 
 /// A slice across x or y with its last row first: z leads up in the pictures, as heads stand.
 ScalarField upright(const ScalarField& slice, const Plane& plane) {
@@ -57,10 +70,11 @@ ScalarField in_squares(ScalarField slice, const Plane& plane, const std::array<d
 }
 
 /// Writes the pictures; of a volume the planes to show stand beside each other. `files`: as file_names() has
-/// them; `steps`: the displacement in steps from site to site. Returns how the slices of a volume lie in
-/// their picture.
+/// them; `steps`: the displacement in steps from site to site; `deviation`: its standard deviation, null
+/// where the last file is not a picture of it. Returns how the slices of a volume lie in their picture.
 json write_pictures(const std::filesystem::path& folder, std::span<const std::string> files,
-                    const Scene& scene, const VectorField& displacement, const VectorField& steps) {
+                    const Scene& scene, const VectorField& displacement, const VectorField& steps,
+                    const VectorField* deviation) {
   const std::vector<Plane> planes = planes_to_show(displacement);
   const auto drawn = [&](const auto& draw) { return drawn_beside(planes, scene.full.sides, draw); };
   const auto slices_of = [&](const ScalarField& field) {
@@ -69,9 +83,15 @@ json write_pictures(const std::filesystem::path& folder, std::span<const std::st
   write_png(folder / files[1], slices_of(scene.picture));
   write_png(folder / files[2], drawn([&](const Plane& plane) { return warp(scene.picture, steps, plane); }));
   write_png(folder / files[3], drawn([&](const Plane& plane) { return warped_grid(steps, plane); }));
-  const ScalarField magnitude = magnitude_of(displacement);
-  write_magnitude_png(folder / files[4], slices_of(magnitude),
-                      std::max(double{std::ranges::max(magnitude.values)}, 1e-6));
+  const auto write_lengths = [&](const std::string& file, const VectorField& field) {
+    const ScalarField magnitude = magnitude_of(field);
+    write_magnitude_png(folder / file, slices_of(magnitude),
+                        std::max(double{std::ranges::max(magnitude.values)}, 1e-6));
+  };
+  write_lengths(files[4], displacement);
+  if (deviation != nullptr) {
+    write_lengths(files.back(), *deviation);
+  }
   // Full blue is a fold, full red a doubled area, or volume.
   const ScalarField change = drawn([&](const Plane& plane) { return content_change(steps, plane); });
   write_signed_png(folder / files[5], change.extent, change.values, 1.0);
@@ -85,12 +105,10 @@ json write_pictures(const std::filesystem::path& folder, std::span<const std::st
 
 } // namespace
 
-std::vector<std::string> file_names(const Scene& scene, const std::string& extension, bool with_pictures) {
+std::vector<std::string> file_names(const Scene& scene, const std::string& extension, Pictures drawn) {
   std::vector<std::string> names{fmt::format("{}.{}", scene.name, extension)};
-  if (with_pictures && is_inspected(scene.extent())) { // of an image those without slices
-    for (const char* const picture : std::span(picture_names).first(scene.extent().depth > 1 ? 6 : 5)) {
-      names.push_back(fmt::format("{}-{}.png", scene.name, picture));
-    }
+  for (const std::string& picture : picture_names(scene, drawn)) {
+    names.push_back(fmt::format("{}-{}.png", scene.name, picture));
   }
   return names;
 }
@@ -138,8 +156,11 @@ Inverse write_inverse(const std::filesystem::path& file, const Scene& scene,
 }
 
 FilesOfRun::FilesOfRun(std::filesystem::path folder, std::vector<std::string> files,
-                       std::filesystem::path transform, const Scene& scene, const VectorField& displacement)
-    : folder_(std::move(folder)), files_(std::move(files)), transform_(std::move(transform)) {
+                       std::filesystem::path transform, const Scene& scene, const VectorField& displacement,
+                       const VectorField* deviation)
+    : folder_(std::move(folder)), files_(std::move(files)),
+      pictures_of_(picture_names(scene, deviation == nullptr ? Pictures::usual : Pictures::with_deviation)),
+      transform_(std::move(transform)) {
   const std::array<double, 3>& pixel = scene.full.sides;
   if (!have_images()) {
     return;
@@ -150,10 +171,11 @@ FilesOfRun::FilesOfRun(std::filesystem::path folder, std::vector<std::string> fi
     return clock.seconds();
   });
   if (files_.size() > 1) {
-    pictures_ = std::async(std::launch::async, [&, pixel] {
+    pictures_ = std::async(std::launch::async, [&, pixel, deviation] {
       const Clock clock;
       const std::optional<VectorField> steps = in_steps(displacement, pixel);
-      json slices = write_pictures(folder_, files_, scene, displacement, steps ? *steps : displacement);
+      json slices =
+          write_pictures(folder_, files_, scene, displacement, steps ? *steps : displacement, deviation);
       return std::pair(clock.seconds(), std::move(slices));
     });
   }
@@ -198,7 +220,7 @@ void FilesOfRun::finish(const std::filesystem::path& results, json& row) {
     }
     fmt::print("  beside it {}\n", fmt::join(files_.begin() + 1, files_.end(), ", "));
     for (std::size_t i = 1; i < files_.size(); ++i) {
-      row["pictures"][picture_names[i - 1]] = beside(results, folder_, files_[i]);
+      row["pictures"][pictures_of_[i - 1]] = beside(results, folder_, files_[i]);
     }
   }
   if (inverse_.valid()) {

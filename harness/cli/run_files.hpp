@@ -18,10 +18,17 @@
 /// This header has what `run` writes into its output folder.
 namespace hdmbench::commands {
 
+/// What pictures a run draws.
+enum class Pictures {
+  none,
+  usual,
+  with_deviation ///< and the standard deviation of the displacement
+};
+
 /// Returns the names of the field, with this extension, and then, of a scene that is inspected, of the
 /// pictures, where there are to be any.
 [[nodiscard]] std::vector<std::string> file_names(const Scene& scene, const std::string& extension,
-                                                  bool with_pictures);
+                                                  Pictures drawn);
 
 /// Returns what `draw` makes of each plane, in a row, with squares for pixels and as heads stand: z leads up.
 /// `pixel`: Level::sides.
@@ -48,9 +55,10 @@ Inverse write_inverse(const std::filesystem::path& file, const Scene& scene, con
 class FilesOfRun {
 public:
   /// `files`: what file_names() gave. `transform`: the file of the displacement that leads back; empty: none.
-  /// `scene` and `displacement` outlive the object.
+  /// `deviation` of the displacement, pixels; null: file_names() has no picture of it. What is referred to
+  /// outlives the object.
   FilesOfRun(std::filesystem::path folder, std::vector<std::string> files, std::filesystem::path transform,
-             const Scene& scene, const VectorField& displacement);
+             const Scene& scene, const VectorField& displacement, const VectorField* deviation);
   FilesOfRun(const FilesOfRun&) = delete;
   FilesOfRun& operator=(const FilesOfRun&) = delete;
 
@@ -64,6 +72,7 @@ private:
 
   std::filesystem::path folder_;
   std::vector<std::string> files_;
+  std::vector<std::string> pictures_of_; ///< what the files after the first are in the row
   std::filesystem::path transform_;
   std::future<double> field_;                               ///< gives its seconds
   std::future<std::pair<double, nlohmann::json>> pictures_; ///< and how the slices of a volume lie
