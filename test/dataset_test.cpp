@@ -1,5 +1,6 @@
 // Deformations with a known truth: the same set on every backend, and files that agree with each other.
 
+#include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/points.hpp"
 #include "harness/scene/scene.hpp"
@@ -46,7 +47,71 @@ TEST_F(Dataset, IsARecipeAndASeed) {
   EXPECT_EQ(made("--backend openmp --seed 4", "other"), one);
   EXPECT_EQ(test::files_in(path("one")), test::files_in(path("other")));
   EXPECT_NE(made("--backend openmp --seed 5", "next"), one);
-  EXPECT_EQ(test::files_in(path("one")).size(), 8U) << "points, field, its way back and labels of each";
+  EXPECT_EQ(test::files_in(path("one")).size(), 9U)
+      << "points, field, its way back and labels of each; index";
+}
+
+/// The hash is of what the files say, and not of how they say it.
+TEST_F(Dataset, HasTheSameHashInEveryFormat) {
+  const std::string more = "--backend scalar --seed 4 --warp " + path("t1.nrrd").string() + " --format ";
+  const std::string one = made(more + "nrrd", "nrrd");
+  for (const std::string format : {"mha", "nii.gz", "h5", "npz"}) {
+    EXPECT_EQ(made(more + format, format), one) << format;
+  }
+  EXPECT_EQ(test::files_in(path("npz")).size(), 3U) << "two deformations and the index";
+  (void)made(more + "npz", "again");
+  EXPECT_EQ(read_file(path("npz/0002.npz")), read_file(path("again/0002.npz"))) << "nothing has a date";
+  const auto values = [&](const std::string& file) {
+    const Image<VectorField> field = read_displacement(path(file), true);
+    return field.pixels.planes;
+  };
+  EXPECT_EQ(values("h5/0001-field.h5"), values("nrrd/0001-field.nrrd"));
+  EXPECT_EQ(values("nii.gz/0001-back.nii.gz"), values("nrrd/0001-back.nrrd"));
+}
+
+/// NumPy reads what the other formats have.
+TEST_F(Dataset, WritesArraysForNumPy) {
+  if (std::system("/usr/bin/python3 -c 'import numpy'") != 0) {
+    GTEST_SKIP() << "NumPy is not there";
+  }
+  const std::string more = "--seed 4 --warp " + path("t1.nrrd").string() + " --format ";
+  (void)made(more + "npz", "npz");
+  (void)made(more + "nrrd", "nrrd");
+  const Image<LabelField> labels = read_labels(path("nrrd/0001-labels.nrrd"), {.takes_volumes = true});
+  const long sum = std::accumulate(labels.pixels.values.begin(), labels.pixels.values.end(), 0L);
+  const fs::path script =
+      write("read.py",
+            fmt::format("import numpy as np\n"
+                        "a = np.load('{0}/npz/0001.npz')\n"
+                        "assert sorted(a) == ['affine', 'back', 'field', 'labels', 'moved-t1', 'points']\n"
+                        "assert a['field'].shape == (9, 11, 12, 3) and a['field'].dtype == np.float32\n"
+                        "assert a['labels'].dtype == np.int16 and a['labels'].sum() == {1}\n"
+                        "raw = open('{0}/nrrd/0001-field.nrrd', 'rb').read().split(b'\\n\\n', 1)[1]\n"
+                        "assert a['field'].tobytes() == raw\n"
+                        "assert list(a['affine'] @ [1, 0, 0, 1]) == [7, -7, 1, 1]\n"
+                        "t = np.loadtxt('{0}/nrrd/0001-points.csv', delimiter=',', skiprows=1)\n"
+                        "assert (a['points'] == t).all()\n",
+                        path("").string(), sum));
+  EXPECT_EQ(std::system(fmt::format("/usr/bin/python3 {}", script.string()).c_str()), 0);
+}
+
+/// A recipe says what is held, by which law, and how strong the scene's loads are.
+TEST_F(Dataset, DrawsLawsAndLoads) {
+  const auto with = [&](const std::string& drawn, const std::string& folder) {
+    (void)write("recipe.toml",
+                "[recipe]\npoints = [1, 2]\ndisplacement = [0.5, 1.0]\n" + drawn +
+                    "[[tissue]]\nlabel = 0\nmodulus = 0.5\ndensity = 0\n[[tissue]]\nlabel = 1\nmodulus = "
+                    "0.003\ndensity = 1040\n[[tissue]]\nlabel = 2\nmodulus = 0.006\ndensity = 1040\n"
+                    "[[condition]]\nwhere = \"back\"\ndx = 0\ndy = 0\ndz = 0\n"
+                    "[[load]]\ngravity = [0, 9.81, 0]\n");
+    return made("--seed 3", folder);
+  };
+  const std::string plain = with("", "plain");
+  EXPECT_EQ(with("loads = [1, 1]\n", "once"), plain);
+  EXPECT_NE(with("loads = [0, 0.5]\n", "less"), plain);
+  EXPECT_NE(with("neo_hookean = 1\n", "law"), plain);
+  EXPECT_THAT(read_file(path("law/index.csv")), HasSubstr(",neo-hookean,1,"));
+  EXPECT_THAT(read_file(path("less/index.csv")), ContainsRegex("1,[12],as stated,0\\.[0-4]"));
 }
 
 TEST_F(Dataset, ARecipeIsATable) {
@@ -55,6 +120,13 @@ TEST_F(Dataset, ARecipeIsATable) {
                    fmt::format("dataset {} --recipe {} --output {}", path("labels.nrrd").string(),
                                path("number.toml").string(), path("none").string()),
                    testing::HasSubstr("has no [recipe], which says what is drawn"));
+  (void)write("loads.toml",
+              "[recipe]\nloads = [0, 1]\n[[tissue]]\nlabel = 0\nmodulus = 1\n[[tissue]]\nlabel = "
+              "1\nmodulus = 1\n[[tissue]]\nlabel = 2\nmodulus = 1\n");
+  test::expect_run(2,
+                   fmt::format("dataset {} --recipe {} --output {}", path("labels.nrrd").string(),
+                               path("loads.toml").string(), path("none").string()),
+                   testing::HasSubstr("how many times the [[load]]s act, and there are none"));
 }
 
 /// The field takes the drawn points near to where they were drawn to go, and what it moves is there.

@@ -145,11 +145,16 @@ void require_own_name(const std::filesystem::path& file, std::string_view option
   }
 }
 
-Inverse write_inverse(const std::filesystem::path& file, const Scene& scene,
-                      const VectorField& displacement) {
+Inverse inverse_of(const Scene& scene, const VectorField& displacement) {
   const std::optional<VectorField> steps = in_steps(displacement, scene.full.sides);
   Inverse inverse = invert(steps ? *steps : displacement);
   to_lengths(inverse.displacement, scene.full.sides);
+  return inverse;
+}
+
+Inverse write_inverse(const std::filesystem::path& file, const Scene& scene,
+                      const VectorField& displacement) {
+  Inverse inverse = inverse_of(scene, displacement);
   write_displacement(file, inverse.displacement, scene.spacing, scene.placement, scene.oblong,
                      Mapping::backward);
   return inverse;

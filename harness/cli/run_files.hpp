@@ -46,8 +46,9 @@ enum class Pictures {
 void require_own_name(const std::filesystem::path& file, std::string_view option,
                       const std::filesystem::path& folder, const std::vector<std::string>& names);
 
-/// Writes the displacement that leads back, to 0.01 pixels, and returns it, in pixels. Throws as
-/// write_displacement() and invert().
+/// Returns the displacement that leads back, to 0.01 pixels, in pixels. Throws as invert().
+Inverse inverse_of(const Scene& scene, const VectorField& displacement);
+/// Writes it, too. Throws as write_displacement() and invert().
 Inverse write_inverse(const std::filesystem::path& file, const Scene& scene, const VectorField& displacement);
 
 /// The files of a run, which threads write while the object lives: one the field, one the pictures, one the

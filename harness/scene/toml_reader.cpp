@@ -152,6 +152,8 @@ const std::array known_keys{
     Key{"recipe", "displacement", {}, is_not_negative, "at least 0 (mm)"},
     Key{"recipe", "deviation", {}, is_not_negative, "at least 0 (mm)"},
     Key{"recipe", "moduli", {}, [](double value) { return value >= 0.0 && value <= 5.0; }, "0 ... 5"},
+    Key{"recipe", "loads", {}, is_not_negative, "at least 0 (times the [[load]]s)"},
+    Key{"recipe", "neo_hookean", {}, is_share, "within 0 ... 1"},
     Key{"recipe", "labels", {}, is_not_negative, "at least 0"},
     Key{"points", "deviation", of_elastic, is_not_negative, "at least 0 (mm)"},
 };

@@ -222,11 +222,15 @@ inline constexpr double inverse_is_met = 0.01; ///< pixels
 /// The same of pixels of these sides (Level::sides), whose shortest one is the unit of the displacement.
 [[nodiscard]] Inverse invert(const VectorField& displacement, const std::array<double, 3>& pixel);
 
-/// Writes the image, on its own pixels, as `transform` moves it: what is at p is what the image has at
-/// p + d(p), in the patient's space, and 0 where it has nothing; the displacement d is that of the file, as
-/// write_displacement() writes it, and 0 beside it. Linear; the nearest pixel `of_labels`, of which those of
-/// 16 bits stay such. The formats of write_scalar(). Throws InputError, also where the image has several
-/// components.
+/// Moves the image, on its own pixels: what is at p is what it had at p + d(p), in the patient's space, and 0
+/// where it had nothing; the displacement d is as physical_displacement() returns it, and 0 beside it.
+/// Linear; the nearest pixel `of_labels`. Throws InputError, which names the `file`, where the image has
+/// several components.
+void move_pixels(const std::filesystem::path& file, const images::Pixels& displacement, bool of_labels,
+                 images::Pixels& image);
+/// Writes an image that move_pixels() moved, labels of 16 bits as such. The formats of write_scalar().
+void write_moved(const std::filesystem::path& file, images::Pixels image, bool of_labels);
+/// Does both with files. `transform`: as write_displacement() writes it.
 void write_moved(const std::filesystem::path& file, const std::filesystem::path& image,
                  const std::filesystem::path& transform, bool of_labels);
 

@@ -1,4 +1,5 @@
 #include "harness/scene/images/images.hpp"
+#include "harness/scene/images/npz.hpp"
 #include "harness/scene/images/pixels.hpp"
 
 // The image files of a build without ITK (-DHDMBENCH_IMAGES=OFF).
@@ -33,6 +34,10 @@ void images::write_transform(const std::filesystem::path& file, const Geometry&,
 }
 
 void images::resample(const Pixels&, bool, Pixels&) {}
+
+void write_npz(const std::filesystem::path& file, std::span<const NamedArray>) {
+  refuse(file);
+}
 
 BrainSlice read_brain(const std::filesystem::path& file, std::optional<int>, int, double, Extent,
                       Orientation) {

@@ -128,6 +128,32 @@ void require_displacement_name(const std::filesystem::path& file, Extent extent)
   }
 }
 
+namespace {
+
+bool is_short(float value) {
+  return value == std::floor(value) && std::abs(value) <= std::numeric_limits<std::int16_t>::max();
+}
+
+} // namespace
+
+void move_pixels(const std::filesystem::path& file, const images::Pixels& displacement, bool of_labels,
+                 images::Pixels& image) {
+  if (image.geometry.components != 1) {
+    throw images::unreadable(
+        file, fmt::format("it has {} components per pixel, 1 can be moved", image.geometry.components));
+  }
+  images::resample(displacement, of_labels, image);
+}
+
+void write_moved(const std::filesystem::path& file, images::Pixels image, bool of_labels) {
+  if (of_labels && std::ranges::all_of(image.values, is_short)) {
+    images::write_pixels(file, image.geometry,
+                         std::vector<std::int16_t>(image.values.begin(), image.values.end()));
+  } else {
+    images::write_pixels(file, image.geometry, std::move(image.values));
+  }
+}
+
 void write_moved(const std::filesystem::path& file, const std::filesystem::path& image,
                  const std::filesystem::path& transform, bool of_labels) {
   const images::Pixels displacement = images::read_pixels(transform);
@@ -142,20 +168,8 @@ void write_moved(const std::filesystem::path& file, const std::filesystem::path&
                    "back to before; run --transform writes the other way");
   }
   images::Pixels pixels = images::read_pixels(image);
-  if (pixels.geometry.components != 1) {
-    throw images::unreadable(
-        image, fmt::format("it has {} components per pixel, 1 can be moved", pixels.geometry.components));
-  }
-  images::resample(displacement, of_labels, pixels);
-  const auto is_short = [](float value) {
-    return value == std::floor(value) && std::abs(value) <= std::numeric_limits<std::int16_t>::max();
-  };
-  if (of_labels && std::ranges::all_of(pixels.values, is_short)) {
-    images::write_pixels(file, pixels.geometry,
-                         std::vector<std::int16_t>(pixels.values.begin(), pixels.values.end()));
-  } else {
-    images::write_pixels(file, pixels.geometry, std::move(pixels.values));
-  }
+  move_pixels(image, displacement, of_labels, pixels);
+  write_moved(file, std::move(pixels), of_labels);
 }
 
 void write_scalar(const std::filesystem::path& file, const ScalarField& field, double spacing,
