@@ -2,10 +2,13 @@
 
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/scene_content.hpp"
 #include "harness/scene/sites.hpp"
 #include "test/files.hpp"
 
 #include <sys/resource.h>
+
+#include <set>
 
 namespace hdmbench {
 namespace {
@@ -148,6 +151,44 @@ TEST(Outline, DistancesAndNormalsOfABallWhoseSlitIsClosed) {
       EXPECT_NEAR(outline.distance.values[extent.index(x, y, z)], radius - 10.0, 1.0);
     }
   });
+}
+
+class ShippedTissues : public ImageFiles {};
+
+/// SynthSeg's own list of labels, without its parcellation of the cortex.
+TEST_F(ShippedTissues, HaveASourceEach) {
+  const auto labels_of = [](const std::string& name) {
+    std::set<int> labels;
+    const toml::table root = parse_toml(tissues_text(name), name);
+    for (const toml::node& node : *root["tissue"].as_array()) {
+      const toml::table& tissue = *node.as_table();
+      const int label = tissue["label"].value<int>().value();
+      EXPECT_TRUE(labels.insert(label).second) << label;
+      EXPECT_GT(tissue["source"].value_or(std::string()).size(), 10U) << name << ' ' << label;
+      EXPECT_GT(tissue["name"].value_or(std::string()).size(), 3U) << name << ' ' << label;
+      const double modulus = tissue["modulus"].value<double>().value();
+      EXPECT_TRUE(modulus >= 1e-4 && modulus <= 1.0) << name << ' ' << label << ": " << modulus << " MPa";
+    }
+    return labels;
+  };
+  EXPECT_EQ(labels_of("brain"), (std::set{0, 1, 2, 3, 4, 5}));
+  EXPECT_EQ(labels_of("synthseg"),
+            (std::set{0,  2,  3,  4,  5,  7,  8,  10, 11, 12, 13, 14, 15, 16, 17, 18, 24,
+                      26, 28, 41, 42, 43, 44, 46, 47, 49, 50, 51, 52, 53, 54, 58, 60}));
+}
+
+TEST_F(ShippedTissues, AreThereByNameUnlessThereIsAFile) {
+  const std::string labels =
+      write_nrrd("labels.nrrd", "short", "3 2 2", "0 2 3 41 42 24 0 0 2 2 3 3").string();
+  const Scene scene = load_scene(labels, {.tissues = "synthseg"});
+  EXPECT_EQ(scene.full.modulus.values[1], 0.001895F);
+  EXPECT_THAT(scene.idle, IsEmpty()) << "nobody has every label";
+  const std::string others =
+      write_nrrd("others.nrrd", "short", "3 2 2", "0 2 3 41 1001 77 77 0 2 2 3 3").string();
+  expect_refusal([&] { (void)load_scene(others, {.tissues = "synthseg"}); },
+                 "the labels 77, 1001 (3 pixels) have no [[tissue]]");
+  expect_refusal([&] { (void)load_scene(labels, {.tissues = "synthetic"}); },
+                 "shipped are brain and synthseg");
 }
 
 } // namespace

@@ -131,7 +131,7 @@ void require_same_scenes(const Call& call, std::span<const Scene> scenes) {
                        scene.energy->name, method_name(scene), scene.schedule.iterations);
     std::vector<std::filesystem::path> files = files_of_scene(scene.source);
     files.insert(files.end(), call[option::points].begin(), call[option::points].end());
-    if (!call[option::tissues].empty()) {
+    if (const auto& file = call[option::tissues]; !file.empty() && std::filesystem::exists(file)) {
       files.push_back(call[option::tissues]);
     }
     for (const std::filesystem::path& file : files) {

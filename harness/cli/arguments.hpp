@@ -51,7 +51,8 @@ inline const Option<std::optional<int>>
 inline const Option<std::filesystem::path>
     tissues("--tissues",
             "The scene is an image of labels, and this file has the [[tissue]] of each of them, and what "
-            "else of a scene is not to be as usual (elastic, the border held)",
+            "else of a scene is not to be as usual (elastic, the border held); or synthseg or brain, whose "
+            "moduli are shipped",
             Content::toml);
 inline const Option<std::string>
     law("--law",

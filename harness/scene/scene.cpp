@@ -379,6 +379,9 @@ Scene load_scene(const std::string& scene, const SceneOptions& options) {
     const toml::table root =
         is_of_labels ? scene_of_labels(path, options.tissues) : parse_toml(file.text, file.file_name);
     Scene result = build(root, file, options);
+    if (is_of_labels && is_shipped_tissues(options.tissues)) { // no person has all of them
+      std::erase_if(result.idle, [](const std::string& idle) { return idle.starts_with(idle_tissue); });
+    }
     result.source = scene;
     return result;
   });

@@ -3,10 +3,12 @@
 #include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/names.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 #include <scene_texts.hpp>
+#include <tissue_texts.hpp>
 
 #include <algorithm>
 #include <array>
@@ -175,12 +177,29 @@ SceneText text_of(const std::string& scene) {
   return {path.stem().string(), scene, path.parent_path(), read_file(path)};
 }
 
+bool is_shipped_tissues(const std::filesystem::path& tissues) {
+  return !std::filesystem::exists(tissues) &&
+         contains(tissue_texts::all, tissues.string(), &tissue_texts::Text::name);
+}
+
+std::string tissues_text(const std::filesystem::path& tissues) {
+  if (is_shipped_tissues(tissues)) {
+    return std::string(
+        std::ranges::find(tissue_texts::all, tissues.string(), &tissue_texts::Text::name)->text);
+  }
+  if (!std::filesystem::exists(tissues)) {
+    throw MissingFile(fmt::format(
+        "there is no file of tissues {}; those that are shipped are brain and synthseg", tissues.string()));
+  }
+  return read_file(tissues);
+}
+
 toml::table scene_of_labels(const std::filesystem::path& labels, const std::filesystem::path& tissues) {
   if (labels.extension().empty() || labels.extension() == ".toml") {
     throw InputError(fmt::format(
         "--tissues is for a scene that is an image of labels; {} has tissues of its own", labels.string()));
   }
-  toml::table root = parse_toml(read_file(tissues), tissues.string());
+  toml::table root = parse_toml(tissues_text(tissues), tissues.string());
   if (root.contains("image")) {
     throw InputError(
         fmt::format("{}: is a scene of its own, with an [image]; --tissues takes what a scene has beside "

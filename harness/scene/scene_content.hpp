@@ -49,6 +49,12 @@ struct SceneText {
 /// `scene` as load_scene takes it. Throws MissingFile, and InputError where the file cannot be read.
 [[nodiscard]] SceneText text_of(const std::string& scene);
 
+/// Returns the text of a file of tissues; of the shipped ones, "synthseg" and "brain", where there is no file
+/// of that name. Throws InputError.
+[[nodiscard]] std::string tissues_text(const std::filesystem::path& tissues);
+/// Whether that is a shipped one, which has tissues that no pixel needs to have.
+[[nodiscard]] bool is_shipped_tissues(const std::filesystem::path& tissues);
+
 /// Returns the scene of a label image and of a file with what else a scene has: the [[tissue]] tables, and
 /// whatever is not to be as it is without: energy = "elastic", and the border held where it is. Throws
 /// InputError, and toml::parse_error.
@@ -119,6 +125,8 @@ struct Tissue {
 /// Reads the [[tissue]] tables. `shown`: whether their gray values are what a picture shows.
 [[nodiscard]] std::map<int, Tissue> read_tissues(TomlReader& scene, bool shown);
 
+/// What begins the line of Scene::idle about a tissue that no pixel has.
+inline constexpr std::string_view idle_tissue = "the [[tissue]] of label";
 /// Gives every label of the content its tissue, and a picture of their gray values where it needs one. Fails
 /// where a label has none.
 void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Content& content,

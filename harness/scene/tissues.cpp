@@ -68,6 +68,7 @@ std::map<int, Tissue> read_tissues(TomlReader& scene, bool shown) {
   for (TomlReader& table : scene.tables("tissue")) {
     Tissue tissue{.modulus = static_cast<float>(table.get<double>("modulus"))};
     (void)table.has("name");
+    (void)table.has("source");
     table.read("density", tissue.density);
     tissue.stiffening = read_law(table);
     if (tissue.modulus == 0.0F) {
@@ -123,7 +124,7 @@ void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Con
     }
   }
   for (const int label : idle) {
-    content.idle.push_back(fmt::format("the [[tissue]] of label {}, which no pixel has", label));
+    content.idle.push_back(fmt::format("{} {}, which no pixel has", idle_tissue, label));
   }
 }
 

@@ -117,6 +117,7 @@ const std::array known_keys{
     Key{"shape", "size", "everything has no size", is_positive, "positive (fractions of the image)"},
     Key{"tissue", "label"},
     Key{"tissue", "name"},
+    Key{"tissue", "source"},
     Key{"tissue",
         "modulus",
         {},
