@@ -216,7 +216,9 @@ TEST_F(SpreadTest, CoversThePlantedTruth) {
 TEST_F(SpreadTest, HasTheSameBitsOnEveryBackend) {
   const Scene scene = load({9, 8, 7}, 1.5, "6 5 4 1 0.5 -0.25 0.8\n");
   const auto found_by = [&](std::string_view backend, SpreadRequest request) {
-    Solver solver(test::find(backend), {});
+    SessionOptions options;
+    options.threads = 2;
+    Solver solver(test::find(backend), options);
     return spread_of(scene, test::solved(scene).displacement, request, solver, test::silent());
   };
   for (const double moduli : {0.0, 0.2}) {

@@ -11,7 +11,9 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <map>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -32,22 +34,51 @@ double point_over_voxel(const Scene& scene) {
   return ratio;
 }
 
-/// Forces at random on the corners of a cell of modulus 1, whose covariance is the stiffness of the cell.
-/// Fewer draws than components, as motions without strain have no force.
+/// Forces at random on the corners of a cell, whose covariance is the stiffness of the cell with the squares
+/// of its moduli: a draw for every stress, of the whole cell where it is one tissue, else of each of its
+/// Gauss points, which are as many as its corners and have their moduli.
 class CellForces {
 public:
   CellForces(const Level& full, const ElasticModel& model) : size_(full.extent.axes() << full.extent.axes()) {
-    std::vector<double> matrix = stiffness(full, model);
+    constexpr double rounding_of_float = 1e-4; // far below the share of the weakest stress
+    const std::size_t corners = std::size_t{1} << full.extent.axes();
+    const std::vector<double> whole = stiffness(full, model, corners);
+    whole_ = factors_of(whole, 1e-12);
+    for (std::size_t corner = 0; corner < corners; ++corner) {
+      std::vector<double> more = stiffness(full, model, corner); // the sum of all, and this one again
+      std::ranges::transform(more, whole, more.begin(), std::minus<>());
+      of_point_.push_back(factors_of(std::move(more), rounding_of_float));
+    }
+  }
+
+  /// Draws the component `axis` of corner c at axes * c + axis; bit a of a corner is its end along axis a.
+  void operator()(std::span<const float> moduli, NormalDraws& random, std::array<double, 24>& forces) const {
+    forces.fill(0.0);
+    if (std::ranges::adjacent_find(moduli, std::not_equal_to<>()) == moduli.end()) {
+      draw(whole_, moduli[0], random, forces);
+      return;
+    }
+    for (std::size_t corner = 0; corner < moduli.size(); ++corner) {
+      draw(of_point_[corner], moduli[corner], random, forces);
+    }
+  }
+
+private:
+  using Factors = std::vector<std::vector<double>>;
+
+  /// Returns Cholesky's factor, column by column, without those of motions that have no force.
+  [[nodiscard]] Factors factors_of(std::vector<double> matrix, double least) const {
+    Factors factors;
     double largest = 0.0;
     for (std::size_t row = 0; row < size_; ++row) {
       largest = std::max(largest, matrix[row * size_ + row]);
     }
-    for (std::size_t column = 0; column < size_; ++column) { // Cholesky's factor, column by column
+    for (std::size_t column = 0; column < size_; ++column) {
       const double pivot = matrix[column * size_ + column];
-      if (pivot <= 1e-12 * largest) {
+      if (pivot <= least * largest) {
         continue; // what is before it says already how it moves
       }
-      std::vector<double>& factor = factors_.emplace_back(size_, 0.0);
+      std::vector<double>& factor = factors.emplace_back(size_, 0.0);
       for (std::size_t row = column; row < size_; ++row) {
         factor[row] = matrix[row * size_ + column] / std::sqrt(pivot);
       }
@@ -57,27 +88,30 @@ public:
         }
       }
     }
+    return factors;
   }
 
-  /// Draws the component `axis` of corner c at axes * c + axis; bit a of a corner is its end along axis a.
-  void operator()(NormalDraws& random, std::array<double, 24>& forces) const {
-    forces.fill(0.0);
-    for (const std::vector<double>& factor : factors_) {
-      const double drawn = random();
+  void draw(const Factors& factors, double modulus, NormalDraws& random,
+            std::array<double, 24>& forces) const {
+    for (const std::vector<double>& factor : factors) {
+      const double drawn = modulus * random();
       for (std::size_t row = 0; row < size_; ++row) {
         forces[row] += drawn * factor[row];
       }
     }
   }
 
-private:
-  /// Returns it row by row, over the area or volume of the cell.
-  [[nodiscard]] static std::vector<double> stiffness(const Level& full, const ElasticModel& model) {
+  /// Returns the stiffness of a cell of modulus 1, of `twice` 2, row by row, over its area or volume.
+  [[nodiscard]] static std::vector<double> stiffness(const Level& full, const ElasticModel& model,
+                                                     std::size_t twice) {
     Level cell;
     cell.extent = {2, 2, full.extent.axes() == 3 ? 2 : 1};
     cell.sides = full.sides;
     cell.confidence = VectorField(cell.extent);
     cell.modulus = ScalarField(cell.extent, 1.0F);
+    if (twice < cell.modulus.values.size()) {
+      cell.modulus.values[twice] = 2.0F;
+    }
     const ElasticHierarchy hierarchy = make_elastic_hierarchy(cell, model, Springs::none);
     const ElasticLevel& image = hierarchy.levels.front();
     const CellMatrix matrix = cell_matrix(image, image.grid.index(0, 0));
@@ -89,7 +123,8 @@ private:
   }
 
   std::size_t size_; ///< components of all corners
-  std::vector<std::vector<double>> factors_;
+  Factors whole_;
+  std::vector<Factors> of_point_;
 };
 
 /// Sums of the ways that are drawn, pixels, and of their squares, by component.
@@ -253,22 +288,22 @@ VectorField prior_forces(const Scene& scene, NormalDraws& random) {
     force[axis].assign(extent.sites(), 0.0);
   }
   const auto bit = [](std::size_t corner, std::size_t axis) { return static_cast<int>(corner >> axis & 1U); };
-  for_each_site(
-      {extent.width - 1, extent.height - 1, std::max(extent.depth - 1, 1)}, [&](int x, int y, int z) {
-        std::array<std::size_t, 8> sites{};
-        double square = 0.0; // of the modulus, mean over the Gauss points
-        for (std::size_t corner = 0; corner < corners; ++corner) {
-          sites[corner] = extent.index(x + bit(corner, 0), y + bit(corner, 1), z + bit(corner, 2));
-          square += std::pow(double{full.modulus.values[sites[corner]]}, 2) / static_cast<double>(corners);
-        }
-        std::array<double, 24> forces{};
-        draw(random, forces);
-        for (std::size_t corner = 0; corner < corners; ++corner) {
-          for (std::size_t axis = 0; axis < axes; ++axis) {
-            force[axis][sites[corner]] += size * std::sqrt(square) * forces[axes * corner + axis];
-          }
-        }
-      });
+  for_each_site({extent.width - 1, extent.height - 1, std::max(extent.depth - 1, 1)},
+                [&](int x, int y, int z) {
+                  std::array<std::size_t, 8> sites{};
+                  std::array<float, 8> moduli{};
+                  for (std::size_t corner = 0; corner < corners; ++corner) {
+                    sites[corner] = extent.index(x + bit(corner, 0), y + bit(corner, 1), z + bit(corner, 2));
+                    moduli[corner] = full.modulus.values[sites[corner]];
+                  }
+                  std::array<double, 24> forces{};
+                  draw(std::span(moduli).first(corners), random, forces);
+                  for (std::size_t corner = 0; corner < corners; ++corner) {
+                    for (std::size_t axis = 0; axis < axes; ++axis) {
+                      force[axis][sites[corner]] += size * forces[axes * corner + axis];
+                    }
+                  }
+                });
   return force.to_float();
 }
 
