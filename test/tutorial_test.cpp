@@ -1,0 +1,106 @@
+// The pages that a newcomer types from: their commands are run, and what they say comes.
+
+#include "test/files.hpp"
+#include "test/program.hpp"
+
+namespace hdmbench {
+namespace {
+
+/// A fenced block of a page: what it is of ("sh", "text", "yaml"), and its text.
+struct Block {
+  std::string kind;
+  std::string text;
+};
+
+std::vector<Block> blocks_of(const fs::path& page) {
+  std::istringstream lines(content(page));
+  std::vector<Block> blocks;
+  bool inside = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("```")) {
+      inside = !inside;
+      if (inside) {
+        blocks.push_back({line.substr(3), ""});
+      }
+    } else if (inside) {
+      blocks.back().text += line + '\n';
+    }
+  }
+  return blocks;
+}
+
+test::Outcome in_shell(const fs::path& folder, const std::string& commands) {
+  const fs::path script = folder / ".commands";
+  std::ofstream(script) << "set -e\nPATH='" << fs::path(HDMBENCH_PROGRAM).parent_path().string()
+                        << "':\"$PATH\"\ncd '" << folder.string() << "'\n"
+                        << commands;
+  FILE* pipe = popen(fmt::format("sh '{}' 2>&1", script.string()).c_str(), "r");
+  std::string output;
+  for (int letter = 0; (letter = std::fgetc(pipe)) != EOF;) {
+    output += static_cast<char>(letter);
+  }
+  return {WEXITSTATUS(pclose(pipe)), output};
+}
+
+/// Whether a word of the page is one of the output: numbers within 2 %, or 0.02.
+bool is_word(const std::string& page, const std::string& output) {
+  char* end_of_page = nullptr;
+  char* end_of_output = nullptr;
+  const double said = std::strtod(page.c_str(), &end_of_page);
+  const double came = std::strtod(output.c_str(), &end_of_output);
+  if (end_of_page == page.c_str() || end_of_output == output.c_str()) {
+    return page == output;
+  }
+  return std::string_view(end_of_page) == end_of_output &&
+         std::abs(said - came) <= 0.02 * std::max(std::abs(said), 1.0);
+}
+
+std::vector<std::string> words_of(const std::string& line) {
+  std::istringstream stream(line);
+  return {std::istream_iterator<std::string>(stream), {}};
+}
+
+bool has_line(const std::string& output, const std::string& quoted) {
+  const std::vector<std::string> words = words_of(quoted);
+  std::istringstream lines(output);
+  for (std::string line; std::getline(lines, line);) {
+    if (std::ranges::equal(words, words_of(line), is_word)) {
+      return true;
+    }
+  }
+  return false;
+}
+
+TEST(Tutorial, SaysWhatComes) {
+  if (!fs::exists("/usr/share/mricron/templates/ch2bet.nii.gz") || !have_images()) {
+    GTEST_SKIP() << "the head is not installed (mricron-data), or this build reads no images";
+  }
+  const fs::path room = fs::path(HDMBENCH_SOURCE) / "harness/tutorial";
+  const test::TemporaryFolder folder;
+  std::string output;
+  int commands = 0;
+  int lines = 0;
+  for (const auto& [kind, text] : blocks_of(room / "README.md")) {
+    if (kind == "sh") {
+      const auto [status, came] = in_shell(folder.path(), text);
+      ASSERT_EQ(status, 0) << text << came;
+      output = came;
+      ++commands;
+    } else {
+      std::istringstream quoted(text);
+      for (std::string line; std::getline(quoted, line); ++lines) {
+        EXPECT_TRUE(has_line(output, line)) << line << "\n  is not in\n" << output;
+      }
+    }
+  }
+  EXPECT_GE(commands, 4);
+  EXPECT_GE(lines, 12);
+  for (const char* picture : {"after", "magnitude", "deviation"}) {
+    const std::string name = fmt::format("my-head-{}.png", picture);
+    EXPECT_TRUE(content(room / name) == content(folder.path() / "out" / name))
+        << name << " is not what these commands draw";
+  }
+}
+
+} // namespace
+} // namespace hdmbench
