@@ -31,7 +31,7 @@ std::vector<Block> blocks_of(const fs::path& page) {
 
 test::Outcome in_shell(const fs::path& folder, const std::string& commands) {
   const fs::path script = folder / ".commands";
-  std::ofstream(script) << "set -e\nPATH='" << fs::path(HDMBENCH_PROGRAM).parent_path().string()
+  std::ofstream(script) << "set -e\nexport GOMP_SPINCOUNT=1000\nPATH='" << fs::path(HDMBENCH_PROGRAM).parent_path().string()
                         << "':\"$PATH\"\ncd '" << folder.string() << "'\n"
                         << commands;
   FILE* pipe = popen(fmt::format("sh '{}' 2>&1", script.string()).c_str(), "r");
@@ -100,6 +100,34 @@ TEST(Tutorial, SaysWhatComes) {
     EXPECT_TRUE(content(room / name) == content(folder.path() / "out" / name))
         << name << " is not what these commands draw";
   }
+}
+
+/// What the page has others type, on whatever drivers are here.
+TEST(ContinuousIntegration, TakesTheCommandsOfThePage) {
+  const test::TemporaryFolder folder;
+  fs::create_directories(folder.path() / "here/build/core");
+  fs::create_symlink(HDMBENCH_PROGRAM, folder.path() / "here/build/core/hdmbench");
+  std::string all;
+  for (const Block& block : blocks_of(fs::path(HDMBENCH_SOURCE) / "harness/ci/README.md")) {
+    all += block.text;
+  }
+  std::istringstream lines(all);
+  int commands = 0;
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t begin = line.find("build/core/hdmbench ");
+    if (begin != std::string::npos) {
+      ++commands;
+      const bool needs_driver = line.find("--fail-on-skip") != std::string::npos;
+      const auto [status, output] = in_shell(folder.path() / "here", line.substr(begin));
+      EXPECT_TRUE(status == 0 || (needs_driver && status == 2 && output.find("vulkan") != std::string::npos))
+          << line << '\n'
+          << output;
+    }
+  }
+  EXPECT_EQ(commands, 6);
+  EXPECT_THAT(content(folder.path() / "verify.xml"), HasSubstr("<testsuite"));
+  EXPECT_THAT(content(folder.path() / "here/verify.xml"), HasSubstr("<testsuite"));
+  EXPECT_THAT(content(fs::path(HDMBENCH_SOURCE) / "harness/set_up"), HasSubstr("--core) preset=core ;;"));
 }
 
 } // namespace
