@@ -31,8 +31,9 @@ std::vector<Block> blocks_of(const fs::path& page) {
 
 test::Outcome in_shell(const fs::path& folder, const std::string& commands) {
   const fs::path script = folder / ".commands";
-  std::ofstream(script) << "set -e\nexport GOMP_SPINCOUNT=1000\nPATH='" << fs::path(HDMBENCH_PROGRAM).parent_path().string()
-                        << "':\"$PATH\"\ncd '" << folder.string() << "'\n"
+  std::ofstream(script) << "set -e\nexport GOMP_SPINCOUNT=1000\nPATH='"
+                        << fs::path(HDMBENCH_PROGRAM).parent_path().string() << "':\"$PATH\"\ncd '"
+                        << folder.string() << "'\n"
                         << commands;
   FILE* pipe = popen(fmt::format("sh '{}' 2>&1", script.string()).c_str(), "r");
   std::string output;
