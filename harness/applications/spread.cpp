@@ -275,12 +275,17 @@ Scene with_drawn_moduli(const Scene& scene, double deviation, NormalDraws& rando
   return drawn;
 }
 
-VectorField prior_forces(const Scene& scene, NormalDraws& random) {
+namespace {
+
+/// Returns forces whose covariance is that of the elastic prior: the stiffness of each cell, times its
+/// modulus and the tissue that a point stands for (point_reach). A body of one modulus that only they move,
+/// has a displacement with the probability exp(-energy / (modulus * 15.6 mm^3)), of an image 6.25 mm^2. In
+/// MPa * thickness or voxel, pixels of area or volume 1.
+VectorField prior_forces(const Scene& scene, const CellForces& draw, NormalDraws& random) {
   const Level& full = scene.full;
   const Extent extent = full.extent;
   const std::size_t axes = extent.axes();
   const std::size_t corners = std::size_t{1} << axes;
-  const CellForces draw(full, scene.elastic);
   const double size = std::sqrt(point_over_voxel(scene));
   DoubleField force;
   force.extent = extent;
@@ -307,6 +312,10 @@ VectorField prior_forces(const Scene& scene, NormalDraws& random) {
   return force.to_float();
 }
 
+/// How far each site that a point with a deviation pulls moves beyond the point itself, pixels: by points,
+/// then by their springs.
+using Gaps = std::vector<std::array<double, 3>>;
+/// Returns them for a displacement of the tissue.
 Gaps gaps_of(const Scene& scene, const VectorField& way) {
   Gaps gaps;
   for_each_share(scene, [&](const KnownPoint& point, std::size_t site, double) {
@@ -319,10 +328,15 @@ Gaps gaps_of(const Scene& scene, const VectorField& way) {
   return gaps;
 }
 
-Disturbance draw_disturbance(const Scene& scene, const Gaps& gaps, NormalDraws& random) {
+/// Returns prior_forces(), and where springs are at rest by errors of what they hold: one for every point
+/// with a deviation, and what its springs have in common with the point though the tissue there moves
+/// otherwise (`gaps`, of the way that the same forces make without springs; empty: none); one for every
+/// component of every other site with a confidence below 1.
+Disturbance draw_disturbance(const Scene& scene, const CellForces& forces, const Gaps& gaps,
+                             NormalDraws& random) {
   const Level& full = scene.full;
   const Extent extent = full.extent;
-  Disturbance drawn{VectorField(extent), prior_forces(scene, random)};
+  Disturbance drawn{VectorField(extent), prior_forces(scene, forces, random)};
   if (!has_springs(full)) {
     return drawn;
   }
@@ -356,11 +370,10 @@ Disturbance draw_disturbance(const Scene& scene, const Gaps& gaps, NormalDraws& 
   return drawn;
 }
 
-namespace {
-
 /// Returns for every stream the gaps_of() what its prior_forces() do to the tissue without springs; no gaps
 /// where there are no such points, or no condition holds the tissue without them.
-std::vector<Gaps> gaps_of_draws(const Scene& scene, std::vector<NormalDraws> streams, ElasticSession& session,
+std::vector<Gaps> gaps_of_draws(const Scene& scene, const CellForces& forces,
+                                std::vector<NormalDraws> streams, ElasticSession& session,
                                 Progress& progress) {
   std::vector<Gaps> gaps(streams.size());
   const bool has_points = std::ranges::any_of(scene.points, &KnownPoint::deviation);
@@ -375,7 +388,7 @@ std::vector<Gaps> gaps_of_draws(const Scene& scene, std::vector<NormalDraws> str
           fmt::format("{}: how far may tissue move? {} of {}", scene.name, number + 1, streams.size()));
     }
     elastic.disturb(*bare, scene.elastic.poisson,
-                    {VectorField(scene.extent()), prior_forces(scene, streams[number])});
+                    {VectorField(scene.extent()), prior_forces(scene, forces, streams[number])});
     gaps[number] = gaps_of(
         scene, solve_to_share(enough, most_steps, resting_at(*bare, VectorField(scene.extent())), elastic)
                    .displacement);
@@ -412,6 +425,7 @@ Spread spread_of(const Scene& scene, const VectorField& solution, const SpreadRe
   }
   ElasticSession& session = solver.elastic();
   SumsOfDraws moments(scene.extent());
+  const CellForces forces(scene.full, scene.elastic);
   const auto stream = [&](int number) {
     return NormalDraws(request.seed, static_cast<std::uint32_t>(number));
   };
@@ -424,11 +438,11 @@ Spread spread_of(const Scene& scene, const VectorField& solution, const SpreadRe
       tell(number);
       NormalDraws random = stream(number);
       const Scene drawn = with_drawn_moduli(scene, request.moduli, random);
-      const std::vector<Gaps> gaps = gaps_of_draws(drawn, {random}, session, progress);
+      const std::vector<Gaps> gaps = gaps_of_draws(drawn, forces, {random}, session, progress);
       ElasticSolver elastic(drawn.full, drawn.elastic, session);
       VectorField way = solve_to_share(0.1 * enough, most_steps, drawn.full, elastic).displacement;
       add_to(way, solution, -1.0F);
-      const Disturbance by = draw_disturbance(drawn, gaps.front(), random);
+      const Disturbance by = draw_disturbance(drawn, forces, gaps.front(), random);
       elastic.disturb(drawn.full, drawn.elastic.poisson, by);
       add_to(way, solve_to_share(enough, most_steps, resting_at(drawn.full, by.rest), elastic).displacement,
              1.0F);
@@ -439,12 +453,12 @@ Spread spread_of(const Scene& scene, const VectorField& solution, const SpreadRe
     for (int number = 0; number < request.draws; ++number) {
       streams.push_back(stream(number));
     }
-    const std::vector<Gaps> gaps = gaps_of_draws(scene, streams, session, progress);
+    const std::vector<Gaps> gaps = gaps_of_draws(scene, forces, streams, session, progress);
     ElasticSolver elastic(scene.full, scene.elastic, session);
     for (int number = 0; number < request.draws; ++number) {
       tell(number);
       const auto at = static_cast<std::size_t>(number);
-      const Disturbance by = draw_disturbance(scene, gaps[at], streams[at]);
+      const Disturbance by = draw_disturbance(scene, forces, gaps[at], streams[at]);
       elastic.disturb(scene.full, scene.elastic.poisson, by);
       moments.add(solve_to_share(enough, most_steps, resting_at(scene.full, by.rest), elastic).displacement);
     }

@@ -8,8 +8,6 @@
 
 #include <array>
 #include <cstdint>
-#include <optional>
-#include <vector>
 
 /// How sure is a displacement? Each draw is a way in which it may be wrong. It has a force in the tissue that
 /// the model does not know, and errors of what was measured; the field that both make is what the solution is
@@ -39,24 +37,6 @@ struct Spread {
 
 /// Returns the scene with the modulus of each of its labels times e to the power of a draw of that deviation.
 [[nodiscard]] Scene with_drawn_moduli(const Scene& scene, double deviation, NormalDraws& random);
-
-/// Returns forces whose covariance is that of the elastic prior: the stiffness of each cell, times its
-/// modulus and the tissue that a point stands for (point_reach). A body of one modulus that only they move,
-/// has a displacement with the probability exp(-energy / (modulus * 15.6 mm^3)), of an image 6.25 mm^2. In
-/// MPa * thickness or voxel, pixels of area or volume 1.
-[[nodiscard]] VectorField prior_forces(const Scene& scene, NormalDraws& random);
-
-/// How far each site that a point with a deviation pulls moves beyond the point itself, pixels: by points,
-/// then by their springs.
-using Gaps = std::vector<std::array<double, 3>>;
-/// Returns them for a displacement of the tissue.
-[[nodiscard]] Gaps gaps_of(const Scene& scene, const VectorField& way);
-
-/// Returns prior_forces(), and where springs are at rest by errors of what they hold: one for every point
-/// with a deviation, and what its springs have in common with the point though the tissue there moves
-/// otherwise (`gaps`, of the way that the same forces make without springs; empty: none); one for every
-/// component of every other site with a confidence below 1.
-[[nodiscard]] Disturbance draw_disturbance(const Scene& scene, const Gaps& gaps, NormalDraws& random);
 
 /// Returns mean and deviation over the draws of `request`, which are solved on the solver's session: the
 /// hierarchy is made once where moduli are certain, else for every draw. `solution` is the scene's
