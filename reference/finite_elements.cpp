@@ -313,6 +313,36 @@ ElasticProblem elastic_problem(const Level& level) {
   return problem;
 }
 
+namespace {
+
+/// Adds what acts on nodes beside their elements.
+void add_loads_and_springs(const ElasticProblem& problem,
+                           std::vector<Eigen::Triplet<double, std::int32_t>>& entries,
+                           ElasticSystem& system) {
+  const std::size_t axes = problem.extent.axes();
+  for (std::size_t i = 0; i < system.unknown.size(); ++i) {
+    const std::int32_t at = system.unknown[i];
+    if (at >= 0 && !problem.force[0].empty()) {
+      system.right_side[at] += component(problem.force, i);
+    }
+    if (at >= 0 && !problem.spring[0].empty()) {
+      entries.emplace_back(at, at, component(problem.spring, i));
+      system.right_side[at] += component(problem.spring, i) * component(problem.prescribed, i);
+    }
+  }
+  for (std::size_t site = 0; site < problem.extent.sites(); ++site) {
+    for_each_coupled(problem, site, [&](std::size_t a, std::size_t b, double stiffness) {
+      const std::int32_t row = system.unknown[axes * site + a];
+      const std::int32_t column = system.unknown[axes * site + b];
+      entries.emplace_back(row, column, stiffness);
+      system.right_side[row] += stiffness * problem.prescribed[b][site];
+      system.right_side[column] += stiffness * problem.prescribed[a][site];
+    });
+  }
+}
+
+} // namespace
+
 ElasticSystem assemble(const ElasticProblem& problem, const ElementRule& rule) {
   check_material(problem);
   check_support(problem);
@@ -355,25 +385,7 @@ ElasticSystem assemble(const ElasticProblem& problem, const ElementRule& rule) {
   for (int layer = 0; layer < elements.layers(); ++layer) {
     elements.for_each_of(layer, add);
   }
-  for (std::size_t i = 0; i < system.unknown.size(); ++i) {
-    const std::int32_t at = system.unknown[i];
-    if (at >= 0 && !problem.force[0].empty()) {
-      system.right_side[at] += component(problem.force, i);
-    }
-    if (at >= 0 && !problem.spring[0].empty()) {
-      entries.emplace_back(at, at, component(problem.spring, i));
-      system.right_side[at] += component(problem.spring, i) * component(problem.prescribed, i);
-    }
-  }
-  for (std::size_t site = 0; site < problem.extent.sites(); ++site) {
-    for_each_coupled(problem, site, [&](std::size_t a, std::size_t b, double stiffness) {
-      const std::int32_t row = system.unknown[axes * site + a];
-      const std::int32_t column = system.unknown[axes * site + b];
-      entries.emplace_back(row, column, stiffness);
-      system.right_side[row] += stiffness * problem.prescribed[b][site];
-      system.right_side[column] += stiffness * problem.prescribed[a][site];
-    });
-  }
+  add_loads_and_springs(problem, entries, system);
   system.lower.setFromTriplets(entries.begin(), entries.end());
   return system;
 }

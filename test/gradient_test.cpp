@@ -220,6 +220,9 @@ TEST(Gradient, IsRefusedWhereThereIsNone) {
   Scene law = scene_of(level, 0.3);
   law.full.stiffening = ScalarField(level.extent, 0.0F);
   EXPECT_THAT(refusal(law, field), HasSubstr("law of large strains"));
+  Scene walls = scene_of(level, 0.3);
+  walls.full.springs.assign(6, std::vector<float>(level.extent.sites(), 1.0F));
+  EXPECT_THAT(refusal(walls, field), HasSubstr("walls to slide along"));
   VectorField broken = field;
   broken[1][7] = std::numeric_limits<float>::quiet_NaN();
   EXPECT_THAT(refusal(scene_of(level, 0.3), broken), HasSubstr("the derivative by the displacement"));

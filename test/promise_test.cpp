@@ -180,7 +180,7 @@ struct Promises {
   int requests = 0;
   int unmet = 0;
   int broken = 0;
-  int linear = 0; ///< of scenes with laws: those whose linear solution was taken
+  int linear = 0; ///< plans that took the linear solution of tissue with laws
   double largest_excess = 0.0;
   std::vector<double> ratios; ///< of the truth and the estimate, where a request was met
 };

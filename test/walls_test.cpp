@@ -4,6 +4,7 @@
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/scene/walls.hpp"
+#include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/planner.hpp"
 #include "kernels/data/elastic/conditions.hpp"
@@ -204,6 +205,83 @@ TEST(Walls, AnAccuracyIsKept) {
       }
     }
   }
+}
+
+/// A disc, or a cylinder, in a round hole, in pixels or boxes.
+Level disc_in_a_wall(Extent extent, const std::array<double, 3>& step, double radius) {
+  Level level = test::plain_level(extent, 1.0F);
+  level.sides = step;
+  std::vector<bool> beyond(extent.sites());
+  for_each_site(extent, [&](int x, int y, int z) {
+    beyond[extent.index(x, y, z)] = std::hypot(step[0] * (x - 0.5 * (extent.width - 1)),
+                                               step[1] * (y - 0.5 * (extent.height - 1))) > radius;
+  });
+  set_wall(beyond, step, level);
+  return level;
+}
+
+TEST(Walls, NormalsOfPixelsAreThoseOfTheOutline) {
+  for (const auto& [extent, step] : {std::pair{Extent{121, 121}, std::array{1.0, 1.0, 1.0}},
+                                     {Extent{121, 61}, {1.0, 2.0, 1.0}},
+                                     {Extent{61, 61, 15}, {1.0, 1.0, 1.0}},
+                                     {Extent{61, 61, 7}, {1.0, 1.0, 2.5}}}) {
+    for (const double radius : {12.0, 18.0, 26.0, 38.0, 52.0}) {
+      if (radius > 0.45 * step[0] * extent.width) {
+        continue;
+      }
+      const Level level = disc_in_a_wall(extent, step, radius);
+      double squares = 0.0;
+      double sites = 0.0;
+      for_each_site(extent, [&](int x, int y, int z) {
+        const std::size_t at = extent.index(x, y, z);
+        const double along_x = step[0] * (x - 0.5 * (extent.width - 1));
+        const double along_y = step[1] * (y - 0.5 * (extent.height - 1));
+        const auto spring = [&](std::size_t a, std::size_t b) {
+          return double{level.springs[symmetric_entry(extent.axes(), a, b)][at]} / double{stiffness_of_walls};
+        };
+        if (spring(0, 0) + spring(1, 1) > 0.0) { // (n . tangent)^2 is the square of the angle
+          const double square = along_x * along_x + along_y * along_y;
+          squares += (spring(0, 0) * along_y * along_y - 2.0 * spring(0, 1) * along_x * along_y +
+                      spring(1, 1) * along_x * along_x) /
+                     square;
+          sites += 1.0;
+        }
+      });
+      const double angle = std::sqrt(std::max(0.0, squares) / sites);
+      fmt::print("{}, radius {}: {:.2f} degrees\n", extent.text(), radius, 180.0 / std::numbers::pi * angle);
+      EXPECT_LT(angle, 0.045) << "3.5 pixels around it was .06 and more, and discs stuck";
+    }
+  }
+}
+
+TEST(Walls, StifferOnesTakeMoreSteps) {
+  const auto steps_with = [](float times) {
+    Level level = disc_in_a_wall({129, 129}, {1.0, 1.0, 1.0}, 52.0);
+    std::ranges::replace(level.modulus.values, 0.0F, 0x1p-25F);
+    for (std::vector<float>& entry : level.springs) {
+      std::ranges::transform(entry, entry.begin(), [&](float value) { return times * value; });
+    }
+    for_each_site(level.extent, [&](int x, int y, int /*z*/) {
+      const std::size_t at = level.extent.index(x, y);
+      for (std::size_t axis = 0; axis < 2 && std::hypot(x - 76, y - 70) < 6.0; ++axis) {
+        level.target[axis][at] = axis == 0 ? -6.0F : 2.5F;
+        level.confidence[axis][at] = 1.0F;
+      }
+    });
+    set_inverse_modulus(level);
+    const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
+    ElasticSolver solver(level, 0.3, *session);
+    solver.full_multigrid();
+    int steps = 0;
+    while (++steps < 100 && solver.conjugate_gradients().change > 1e-4) {
+    }
+    return steps;
+  };
+  const int usual = steps_with(1.0F);
+  const int stiff = steps_with(100.0F);
+  fmt::print("{} steps, walls a hundred times as stiff {}\n", usual, stiff);
+  EXPECT_LT(usual, 30);
+  EXPECT_GT(stiff, 2 * usual);
 }
 
 TEST(Walls, EveryBackendHasTheSameBits) {

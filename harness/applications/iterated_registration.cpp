@@ -34,7 +34,7 @@ constexpr double largest_spring = 1e3;         // times the modulus of the site:
 struct PictureLevel {
   ScalarField source;
   ScalarField target;
-  ScalarField modulus; ///< of the sheet: at every pixel, or in a volume at every second one along each axis
+  ScalarField modulus; ///< MPa, at every pixel, or in a volume at every second one along each axis
   ScalarField unseen;  ///< empty: none
   ScalarField still;   ///< what is not tissue; empty: not known
 };

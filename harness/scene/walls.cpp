@@ -6,16 +6,18 @@
 #include <cmath>
 #include <cstdlib>
 #include <functional>
+#include <span>
 #include <utility>
 
 namespace hdmbench {
 
 namespace {
 
-/// How far around a site its normal looks, pixels: far enough to see a slope in stairs of pixels. Of discs of
-/// 12 to 52 pixels it is off by 1 to 1.6 degrees, RMS; half as far by three times as much, which holds what
-/// slides.
+/// How far around a site its normal looks, pixels: far enough to see a slope in stairs of pixels, as normals
+/// that are off hold what slides. Walls.NormalsOfPixelsAreThoseOfTheOutline measures by how much.
 constexpr double reach_of_normals = 7.0;
+/// Stairs of long pixels are as long, so it looks farther there, at most so many times.
+constexpr double most_of_long_sides = 2.0;
 
 using Direction = std::array<double, 3>;
 
@@ -24,16 +26,18 @@ class Surroundings {
 public:
   Surroundings(const std::vector<bool>& beyond, Extent extent, const std::array<double, 3>& step)
       : beyond_(beyond), extent_(extent) {
+    const auto sides = std::span(step).first(extent.axes());
+    const double farthest = reach_of_normals * std::min(std::ranges::max(sides), most_of_long_sides);
     std::array<int, 3> reach{};
     for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-      reach[axis] = static_cast<int>(std::max(1.0, reach_of_normals / step[axis]));
+      reach[axis] = static_cast<int>(std::max(1.0, farthest / step[axis]));
     }
     for (int k = -reach[2]; k <= reach[2]; ++k) {
       for (int j = -reach[1]; j <= reach[1]; ++j) {
         for (int i = -reach[0]; i <= reach[0]; ++i) {
           const Direction way{i * step[0], j * step[1], k * step[2]};
           const bool is_next = std::abs(i) + std::abs(j) + std::abs(k) == 1;
-          if (is_next || std::hypot(way[0], way[1], way[2]) <= reach_of_normals) {
+          if (is_next || std::hypot(way[0], way[1], way[2]) <= farthest) {
             seen_.emplace_back(std::array{i, j, k}, way);
           }
         }

@@ -115,14 +115,20 @@ private:
     VectorField field{}; ///< its displacement, pixels
   };
 
+  /// Returns the coarsest image that is a fair start, all finer ones being fair, too; 0: none is.
+  [[nodiscard]] std::size_t coarsest_fair() const {
+    std::size_t fair = 0;
+    while (fair + 1 < extents_.size() && is_fair_start(scene_.full, extents_[fair + 1])) {
+      ++fair;
+    }
+    return fair;
+  }
+
   /// Solves images that sample every fourth, eighth, ... pixel, from the coarsest that shows the scene, until
   /// their differences say that the next finer one would not move the field by more than what is asked for.
   /// False where none is good enough.
   bool solve_sampled() {
-    std::size_t fair = 0; // the coarsest that is a fair start, all finer ones being fair too
-    while (fair + 1 < extents_.size() && is_fair_start(scene_.full, extents_[fair + 1])) {
-      ++fair;
-    }
+    const std::size_t fair = coarsest_fair();
     // A single sampled image has no difference to another one that would say how good it is.
     if (fair == 0 || (extents_.size() == 2 && !request_.seconds) || !is_believable() ||
         !floating_part(scene_.full).empty()) {
@@ -147,9 +153,7 @@ private:
         continue;
       }
       const double begin = clock_.seconds();
-      decide_on_laws_ = true;
-      now.field = solve(now.level);
-      decide_on_laws_ = false;
+      now.field = solve(now.level, true);
       if (!failure_of_laws_.empty()) {
         return false;
       }
@@ -194,8 +198,9 @@ private:
   }
 
   /// Full multigrid alone can be far off on a coarse image, too, so steps of conjugate gradients follow,
-  /// until what is left matters little to the request.
-  VectorField solve(const Level& sampled) {
+  /// until what is left matters little to the request. An image that `decides` says whether laws matter from
+  /// now on.
+  VectorField solve(const Level& sampled, bool decides = false) {
     if (laws_matter_) {
       return solve_by_laws_in_own_pixels(sampled);
     }
@@ -203,7 +208,7 @@ private:
     const double enough = request_.accuracy ? share_of_steps * *request_.accuracy : unknown;
     solve_within(enough, most_steps, sampled, solver);
     add_work(solver);
-    if (!has_laws(sampled) || !decide_on_laws_) {
+    if (!has_laws(sampled) || !decides) {
       return solver.result();
     }
     VectorField linear = solver.displacement();
@@ -412,7 +417,6 @@ private:
   Progress& progress_;
   std::vector<Extent> extents_;
   Plan plan_;
-  bool decide_on_laws_ = false; ///< whether the next image says if they matter
   bool laws_matter_ = false;    ///< whether images are solved by them from now on
   double of_linear_ = 0.0;      ///< pixels: how far a linear solution is from what laws have
   std::string failure_of_laws_; ///< why an image has no solution by them; empty: it has

@@ -40,17 +40,36 @@ void add_forces(const Level& level, double unit, VectorField& load) {
   }
 }
 
-/// Adds what springs by direction do about a displacement, `unit` times; those by components are at rest in
-/// extended conditions.
-void add_pulls(const Level& level, double unit, const VectorField& displacement, VectorField& load) {
-  for (std::size_t axis = 0; !level.springs.empty() && axis < level.extent.axes(); ++axis) {
+/// Returns what springs do about a way from where they are at rest.
+VectorField pull_of_springs(const Level& level, const VectorField& way) {
+  VectorField pull(level.extent);
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
 #pragma omp parallel for if (level.extent.sites() > sites_worth_threads)
     for (std::size_t at = 0; at < level.extent.sites(); ++at) {
+      pull[axis][at] = static_cast<float>(
+          spring_force(level, at, axis, [&](std::size_t other) { return double{way[other][at]}; }));
+    }
+  }
+  return pull;
+}
+
+/// first = operation(first, second), component by component.
+template <typename Operation>
+void combine(VectorField& first, const VectorField& second, const Operation& operation) {
+  for (std::size_t axis = 0; axis < first.extent.axes(); ++axis) {
+    std::ranges::transform(first[axis], second[axis], first[axis].begin(), operation);
+  }
+}
+
+/// Adds what springs do about a displacement, `unit` times, where they can move something.
+void add_pulls(const Level& level, double unit, const VectorField& displacement, VectorField& load) {
+  VectorField missing = level.target;
+  combine(missing, displacement, std::minus<>());
+  const VectorField pull = pull_of_springs(level, missing);
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+    for (std::size_t at = 0; at < level.extent.sites(); ++at) {
       if (level.confidence[axis][at] < 1.0F) {
-        const double pull = spring_force(level, at, axis, [&](std::size_t other) {
-          return double{level.target[other][at]} - double{displacement[other][at]};
-        });
-        load[axis][at] = static_cast<float>(double{load[axis][at]} + unit * pull);
+        load[axis][at] = static_cast<float>(double{load[axis][at]} + unit * double{pull[axis][at]});
       }
     }
   }
@@ -95,7 +114,9 @@ ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, Elast
     session_.forces(ElasticField::displacement, ElasticField::load); // without springs
     session_.read(0, ElasticField::load, load);
   });
-  add_pulls(full, force_unit(full, model.poisson), start_, load);
+  if (!full.springs.empty()) { // those by components are at rest there
+    add_pulls(full, force_unit(full, model.poisson), start_, load);
+  }
   add_forces(full, force_unit(full, model.poisson), load);
   if (has_springs_) {
     load_sheet(Springs::pull);
@@ -399,17 +420,6 @@ double ElasticSolver::settle(const Level& full) {
     return 0.0;
   }
   const Stopwatch watch(timings_.compute);
-  // What the springs do about a way.
-  const auto pulled = [&](const VectorField& way) {
-    VectorField pull(full.extent);
-    for (std::size_t axis = 0; axis < full.extent.axes(); ++axis) {
-      for (std::size_t at = 0; at < full.extent.sites(); ++at) {
-        pull[axis][at] = static_cast<float>(
-            spring_force(full, at, axis, [&](std::size_t other) { return double{way[other][at]}; }));
-      }
-    }
-    return pull;
-  };
   const auto product = [&](const VectorField& force, const VectorField& way) {
     session_.write(0, ElasticField::image, force);
     session_.write(0, ElasticField::direction, way);
@@ -429,15 +439,9 @@ double ElasticSolver::settle(const Level& full) {
     });
     return field;
   };
-  // first = operation(first, second), component by component.
-  const auto combine = [](VectorField& first, const VectorField& second, const auto& operation) {
-    for (std::size_t axis = 0; axis < first.extent.axes(); ++axis) {
-      std::ranges::transform(first[axis], second[axis], first[axis].begin(), operation);
-    }
-  };
   VectorField missing = full.target;
   combine(missing, displacement(), std::minus<>());
-  VectorField pull = pulled(missing);
+  VectorField pull = pull_of_springs(full, missing);
   add_forces(full, 1.0, pull);
   const auto count = static_cast<Eigen::Index>(motions.size());
   Eigen::MatrixXd matrix(count, count);
@@ -445,7 +449,7 @@ double ElasticSolver::settle(const Level& full) {
   for (Eigen::Index i = 0; i < count; ++i) {
     const VectorField way = moved_by(Eigen::VectorXd::Unit(count, i));
     forces[i] = product(pull, way);
-    const VectorField resistance = pulled(way);
+    const VectorField resistance = pull_of_springs(full, way);
     for (Eigen::Index j = 0; j < count; ++j) {
       matrix(i, j) = product(resistance, moved_by(Eigen::VectorXd::Unit(count, j)));
     }

@@ -58,8 +58,8 @@ struct SiteSprings {
 }
 
 /// How many times as stiff as its tissue the spring is that keeps a site on a wall along which it slides. It
-/// gives way by a two-hundredth of a pixel where the tissue is strained by a few percent; a hundred times
-/// stiffer ones take three times as many steps.
+/// gives way by a few thousandths of a pixel where strains are small; stiffer ones take more steps
+/// (Walls.StifferOnesTakeMoreSteps).
 inline constexpr float stiffness_of_walls = 100.0F;
 
 /// Returns an entry of the spring of a site, by components and by direction, MPa times the thickness of the
