@@ -16,7 +16,7 @@ struct ScheduleOverrides {
   bool takes_boxes = false; ///< whether the command knows pixels that are no squares (SceneOptions::as_cubes)
   bool plans = false; ///< whether an accuracy decides how a scene is solved, and by which law of its tissues
   const RegisteredEnergy* energy = nullptr; ///< null: the scene's, or that of the method
-  std::string law{}; ///< SceneOptions::law that choose_energy("auto") asks for
+  std::string law{};                        ///< SceneOptions::law that choose_energy("auto") asks for
   /// "method", and the values of schedule_keys(), by their names.
   std::map<std::string, std::string, std::less<>> given{};
 
