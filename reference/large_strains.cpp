@@ -80,6 +80,8 @@ public:
         lame_(axes_ == 3 ? poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
                          : poisson / (1.0 - poisson * poisson)),
         rule_(ElementRule::of(problem.extent, {poisson})) {
+    const bool has_walls = !problem.spring_across[0].empty();
+    least_modulus_ = has_walls ? 0x1p-24 * std::ranges::max(problem.modulus) : 0.0;
     unknown_.assign(axes_ * problem.extent.sites(), -1);
     for (std::size_t i = 0; i < unknown_.size(); ++i) {
       if (problem.fixed[i % axes_][i / axes_] == 0) {
@@ -205,10 +207,13 @@ private:
         }
       }
     }
-    const std::size_t tissue = sites[point.node];
-    const double modulus = problem_.modulus[tissue] * point.weight / static_cast<double>(sites.size());
+    const auto modulus_of = [&](std::size_t site) { return problem_.modulus[site]; };
+    const std::size_t softest = std::ranges::min(sites, {}, modulus_of);
+    const bool is_void = modulus_of(softest) < least_modulus_;
+    const std::size_t tissue = is_void ? softest : sites[point.node];
+    const double modulus = modulus_of(tissue) * point.weight / static_cast<double>(sites.size());
     const std::optional<Response> response =
-        stiffening_[tissue] < 0.0
+        is_void || stiffening_[tissue] < 0.0
             ? std::optional(hookean(deformation, modulus * mu_, modulus * lame_))
             : neo_hookean(deformation, modulus * mu_, modulus * lame_, stiffening_[tissue]);
     if (!response) {
@@ -225,6 +230,7 @@ private:
   double mu_;
   double lame_;
   ElementRule rule_;
+  double least_modulus_ = 0.0;        ///< of a node, below which its elements are void
   std::vector<std::int32_t> unknown_; ///< row of every component of every node in turn, -1 where prescribed
   std::int32_t count_ = 0;
 };

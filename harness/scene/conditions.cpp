@@ -114,14 +114,17 @@ Condition read_condition(TomlReader& table, bool may_be_springs, double spacing,
 /// The confidence of what is beyond a wall, as long as no later condition says something of it.
 constexpr float beyond_a_wall = -2.0F;
 
-void mark_beyond(std::size_t site, Level& level) {
+void mark_beyond(std::size_t site, Level& level, std::vector<bool>& named) {
+  named.resize(level.extent.sites());
+  named[site] = true;
   for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
     level.confidence[axis][site] = beyond_a_wall;
   }
 }
 
-/// Makes walls of what is marked and was not replaced by a later condition, not even in a component.
-void set_marked_walls(const std::array<double, 3>& step, Level& level) {
+/// Makes walls of what is marked and was not replaced by a later condition, not even in a component. `named`
+/// is all that was ever marked.
+void set_marked_walls(const std::vector<bool>& named, const std::array<double, 3>& step, Level& level) {
   std::vector<bool> beyond(level.extent.sites(), true);
   for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
     for (std::size_t site = 0; site < beyond.size(); ++site) {
@@ -129,7 +132,7 @@ void set_marked_walls(const std::array<double, 3>& step, Level& level) {
     }
     std::ranges::replace(level.confidence[axis], beyond_a_wall, 0.0F);
   }
-  set_wall(beyond, step, level);
+  set_wall(beyond, named, step, level);
 }
 
 void set(const Condition& condition, std::size_t site, const Components& displacement, Level& level) {
@@ -181,7 +184,8 @@ void apply_on_border(const Condition& condition, const std::array<double, 3>& st
 
 /// On all sites of some labels. In an ellipse or ellipsoid by a share that falls from 1 at its centre to 0 on
 /// its outline, as a membrane's that is held there.
-void apply_on_labels(const Condition& condition, const LabelField& labels, Level& level) {
+void apply_on_labels(const Condition& condition, const LabelField& labels, Level& level,
+                     std::vector<bool>& named) {
   const Extent extent = labels.extent;
   for_each_site(extent, [&](int x, int y, int z) {
     const std::size_t site = extent.index(x, y, z);
@@ -190,7 +194,7 @@ void apply_on_labels(const Condition& condition, const LabelField& labels, Level
       return;
     }
     if (condition.slides) {
-      mark_beyond(site, level);
+      mark_beyond(site, level, named);
       return;
     }
     const std::array<int, 3> place{x, y, z};
@@ -226,7 +230,7 @@ double distance_to_border(const std::array<int, 3>& place, const std::array<doub
 /// Thesis 5.12: everything outside is known. `outward` pixels along the normal at the outline, falling
 /// linearly along the normal to 0 at the image border.
 void apply_outside(TomlReader& scene, const Condition& condition, const LabelField& labels,
-                   const std::array<double, 3>& step, Level& level) {
+                   const std::array<double, 3>& step, Level& level, std::vector<bool>& named) {
   const Extent extent = labels.extent;
   std::vector<bool> inside(extent.sites());
   std::transform(labels.values.begin(), labels.values.end(), inside.begin(),
@@ -239,7 +243,7 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
   inside = close_gaps(inside, extent, condition.closing * shortest, step);
   for (std::size_t site = 0; condition.slides && site < inside.size(); ++site) {
     if (!inside[site]) {
-      mark_beyond(site, level);
+      mark_beyond(site, level, named);
     }
   }
   if (condition.slides) {
@@ -276,11 +280,11 @@ void apply_outside(TomlReader& scene, const Condition& condition, const LabelFie
 }
 
 void apply(TomlReader& scene, const Condition& condition, const LabelField& labels,
-           const std::array<double, 3>& step, Level& level) {
+           const std::array<double, 3>& step, Level& level, std::vector<bool>& named) {
   if (condition.where == Where::outside) {
-    apply_outside(scene, condition, labels, step, level);
+    apply_outside(scene, condition, labels, step, level, named);
   } else if (condition.where == Where::labels) {
-    apply_on_labels(condition, labels, level);
+    apply_on_labels(condition, labels, level, named);
   } else {
     apply_on_border(condition, step, level);
   }
@@ -320,11 +324,10 @@ std::vector<std::string> apply_conditions(TomlReader& scene, const Content& cont
   }
   std::vector<std::string> idle;
   int number = 0;
-  bool has_walls = false;
+  std::vector<bool> named; // by conditions that are walls
   for (TomlReader& table : scene.tables("condition")) {
     const Condition condition = read_condition(table, may_be_springs, content.spacing, level.extent);
     ++number;
-    has_walls = has_walls || condition.slides;
     if (condition.slides && is_oblong) {
       table.fail("slide",
                  "takes the file's own pixels, which have other sides along the axes and are resampled "
@@ -336,7 +339,7 @@ std::vector<std::string> apply_conditions(TomlReader& scene, const Content& cont
       }
     }
     if (!is_oblong || is_metric(condition)) {
-      apply(scene, condition, content.labels, content.placement.aspect, level);
+      apply(scene, condition, content.labels, content.placement.aspect, level, named);
       continue;
     }
     Level file{.extent = content.oblong->extent, .target = VectorField(content.oblong->extent)};
@@ -344,11 +347,11 @@ std::vector<std::string> apply_conditions(TomlReader& scene, const Content& cont
     for (std::vector<float>& component : file.confidence.planes) {
       std::ranges::fill(component, -1.0F); // nothing is said
     }
-    apply(scene, condition, of_file, at.step, file);
+    apply(scene, condition, of_file, at.step, file, named);
     (void)carry_conditions({std::move(file.target), std::move(file.confidence), at}, may_be_springs, level);
   }
-  if (has_walls) {
-    set_marked_walls(content.placement.aspect, level);
+  if (!named.empty()) {
+    set_marked_walls(named, content.placement.aspect, level);
   }
   return idle;
 }

@@ -24,8 +24,9 @@ using Direction = std::array<double, 3>;
 /// The sites around one, by steps along each axis, each with its way in pixels.
 class Surroundings {
 public:
-  Surroundings(const std::vector<bool>& beyond, Extent extent, const std::array<double, 3>& step)
-      : beyond_(beyond), extent_(extent) {
+  Surroundings(const std::vector<bool>& beyond, const std::vector<bool>& shape, Extent extent,
+               const std::array<double, 3>& step)
+      : beyond_(beyond), shape_(shape), extent_(extent) {
     const auto sides = std::span(step).first(extent.axes());
     const double farthest = reach_of_normals * std::min(std::ranges::max(sides), most_of_long_sides);
     std::array<int, 3> reach{};
@@ -45,13 +46,8 @@ public:
     }
   }
 
-  /// Whether a place is beyond the wall; outside the image it is as the nearest site.
-  [[nodiscard]] bool is_beyond(std::array<int, 3> place) const {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      place[axis] = std::clamp(place[axis], 0, extent_.sides()[axis] - 1);
-    }
-    return beyond_[extent_.index(place[0], place[1], place[2])];
-  }
+  /// Whether a place is beyond the wall; outside the image all is as at the nearest site.
+  [[nodiscard]] bool is_beyond(const std::array<int, 3>& place) const { return at(beyond_, place); }
   /// Whether a site that shares a side, or else a corner of a cell, with the place is on the other side.
   [[nodiscard]] bool is_beside(const std::array<int, 3>& place, bool corners) const {
     const bool own = is_beyond(place);
@@ -69,11 +65,11 @@ public:
     }
     return false;
   }
-  /// The way to the middle of all that is beyond around the place, of length 1; 0 where there is no such way.
+  /// The way to the middle of the shape around the place, of length 1; 0 where there is no such way.
   [[nodiscard]] Direction normal(const std::array<int, 3>& place) const {
     Direction sum{};
     for (const auto& [steps, way] : seen_) {
-      if (is_beyond({place[0] + steps[0], place[1] + steps[1], place[2] + steps[2]})) {
+      if (at(shape_, {place[0] + steps[0], place[1] + steps[1], place[2] + steps[2]})) {
         std::ranges::transform(sum, way, sum.begin(), std::plus<>());
       }
     }
@@ -85,18 +81,60 @@ public:
   }
 
 private:
+  [[nodiscard]] bool at(const std::vector<bool>& sites, std::array<int, 3> place) const {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      place[axis] = std::clamp(place[axis], 0, extent_.sides()[axis] - 1);
+    }
+    return sites[extent_.index(place[0], place[1], place[2])];
+  }
+
   const std::vector<bool>& beyond_;
+  const std::vector<bool>& shape_;
   Extent extent_;
   std::vector<std::pair<std::array<int, 3>, Direction>> seen_; ///< what a normal looks at
 };
 
+/// Whether conditions say all of where a site goes.
+bool is_prescribed(const Level& level, std::size_t site) {
+  return std::ranges::all_of(std::span(level.confidence.planes).first(level.extent.axes()),
+                             [&](const std::vector<float>& component) { return component[site] >= 1.0F; });
+}
+
+/// What is solid, and sites that nothing is known of and that are in no cell without solid corners: bumps of
+/// one pixel, which no cell of tissue alone holds.
+std::vector<bool> with_bumps(const std::vector<bool>& solid, const Level& level) {
+  const Extent extent = level.extent;
+  std::vector<bool> stays(solid.size());
+  const int deep = extent.axes() == 3 ? 1 : 0;
+  for_each_site(
+      {extent.width - 1, extent.height - 1, std::max(extent.depth - 1, 1)}, [&](int x, int y, int z) {
+        const auto corner = [&](int i) { return extent.index(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2)); };
+        bool is_whole = true;
+        for (int i = 0; i < 4 << deep; ++i) {
+          is_whole = is_whole && !solid[corner(i)];
+        }
+        for (int i = 0; i < 4 << deep && is_whole; ++i) {
+          stays[corner(i)] = true;
+        }
+      });
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    for (std::size_t site = 0; site < solid.size(); ++site) {
+      stays[site] = stays[site] || (!solid[site] && level.confidence[axis][site] > 0.0F);
+    }
+  }
+  stays.flip();
+  return stays;
+}
+
 } // namespace
 
-void set_wall(const std::vector<bool>& beyond, const std::array<double, 3>& step, Level& level) {
+void set_wall(const std::vector<bool>& solid, const std::vector<bool>& shape,
+              const std::array<double, 3>& step, Level& level) {
   const Extent extent = level.extent;
   const std::size_t axes = extent.axes();
+  const std::vector<bool> beyond = with_bumps(solid, level);
   level.springs.resize(axes * (axes + 1) / 2, std::vector<float>(extent.sites()));
-  const Surroundings around(beyond, extent, step);
+  const Surroundings around(beyond, shape, extent, step);
   const auto set_site = [&](int x, int y, int z) {
     const std::size_t site = extent.index(x, y, z);
     if (beyond[site]) {
@@ -106,7 +144,8 @@ void set_wall(const std::vector<bool>& beyond, const std::array<double, 3>& step
         level.target[axis][site] = 0.0F;
         level.confidence[axis][site] = stays ? 1.0F : 0.0F;
       }
-    } else if (level.modulus.values[site] > 0.0F && around.is_beside({x, y, z}, false)) {
+    } else if (level.modulus.values[site] > 0.0F && !is_prescribed(level, site) &&
+               around.is_beside({x, y, z}, false)) {
       const Direction normal = around.normal({x, y, z});
       const bool is_between = normal == Direction{}; // of two walls: then it is held
       for (std::size_t a = 0; a < axes; ++a) {
@@ -128,14 +167,18 @@ void set_wall(const std::vector<bool>& beyond, const std::array<double, 3>& step
 WallReport walls_under(const Level& level, const VectorField& displacement) {
   WallReport report;
   const std::size_t axes = level.extent.axes();
+  // What a condition prescribes is not the wall's.
+  const auto by_wall = [&](std::size_t axis, std::size_t site) {
+    return level.confidence[axis][site] < 1.0F ? double{displacement[axis][site]} : 0.0;
+  };
   for (std::size_t site = 0; !level.springs.empty() && site < level.extent.sites(); ++site) {
     double stiffness = 0.0;
     double square = 0.0;
     for (std::size_t a = 0; a < axes; ++a) {
       stiffness += double{level.springs[symmetric_entry(axes, a, a)][site]};
       for (std::size_t b = 0; b < axes; ++b) {
-        square += double{displacement[a][site]} * double{displacement[b][site]} *
-                  double{level.springs[symmetric_entry(axes, a, b)][site]};
+        square +=
+            by_wall(a, site) * by_wall(b, site) * double{level.springs[symmetric_entry(axes, a, b)][site]};
       }
     }
     report.sites += stiffness > 0.0 ? 1 : 0;

@@ -7,12 +7,14 @@
 
 namespace hdmbench {
 
-/// Makes the outline of the sites that are `beyond` it a wall: they become void (modulus 0), and the sites
-/// beside them slide along it, held by springs along its normal alone (stiffness_of_walls). Those beyond that
-/// share no cell with tissue are held where they are, so that what a wall is made of stays. `beyond` has one
-/// for each site, `step` the way from a site to the next along each axis, pixels. No effect where nothing is
-/// beyond.
-void set_wall(const std::vector<bool>& beyond, const std::array<double, 3>& step, Level& level);
+/// Makes the outline of the sites that are `solid` a wall: they become void (modulus 0), and the sites
+/// beside them slide along it, held by springs along its normal alone (stiffness_of_walls). Those that
+/// share no cell with tissue are held where they are, so that what a wall is made of stays. `shape` is what
+/// normals are of: all that is solid, and its openings, so that a wall does not turn at their rims. Both
+/// have one for each site; `step` is the way from a site to the next along each axis, pixels. No effect where
+/// nothing is solid.
+void set_wall(const std::vector<bool>& solid, const std::vector<bool>& shape,
+              const std::array<double, 3>& step, Level& level);
 
 /// How sites that slide were held.
 struct WallReport {

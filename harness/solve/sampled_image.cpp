@@ -1,5 +1,9 @@
 #include "harness/solve/sampled_image.hpp"
 
+#include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/elastic/springs.hpp"
+
+#include <array>
 #include <utility>
 
 namespace hdmbench {
@@ -56,6 +60,78 @@ std::vector<std::pair<int, int>> looked_at(int coarse, int fine) {
         index, sampled_index(static_cast<int>(std::lround(position)), coarse, fine, sampled_alignment));
   }
   return indices;
+}
+
+/// The pixels around one, as far along each axis as the next site that samples, or one.
+template <typename Visit>
+void for_each_around(const Level& full, std::array<int, 3> place, const std::array<int, 3>& reach,
+                     const Visit& visit) {
+  std::array<int, 3> from{};
+  std::array<int, 3> to{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    from[axis] = std::max(place[axis] - reach[axis], 0);
+    to[axis] = std::min(place[axis] + reach[axis], full.extent.sides()[axis] - 1);
+  }
+  for (int z = from[2]; z <= to[2]; ++z) {
+    for (int y = from[1]; y <= to[1]; ++y) {
+      for (int x = from[0]; x <= to[0]; ++x) {
+        visit(full.extent.index(x, y, z));
+      }
+    }
+  }
+}
+
+/// A wall is one pixel thick: sites that sample some of them would leave holes in it, and means of tissue and
+/// of void are soft tissue that crumples. So what a site samples is void or tissue, and all tissue beside
+/// void slides along the mean of the normals around.
+void sample_walls(const Level& full, Level& sampled) {
+  const Extent extent = sampled.extent;
+  const std::size_t axes = extent.axes();
+  const SampledSites sites(full.extent, extent, sampled_alignment);
+  const float least = void_modulus(full);
+  std::array<int, 3> reach{};
+  for (std::size_t axis = 0; axis < axes; ++axis) {
+    reach[axis] = std::max(1, full.extent.sides()[axis] / extent.sides()[axis]);
+  }
+  const auto is_void = [&](int x, int y, int z) { return full.modulus.values[sites.index(x, y, z)] < least; };
+  const auto is_beside_void = [&](int x, int y, int z) {
+    return (x > 0 && is_void(x - 1, y, z)) || (x + 1 < extent.width && is_void(x + 1, y, z)) ||
+           (y > 0 && is_void(x, y - 1, z)) || (y + 1 < extent.height && is_void(x, y + 1, z)) ||
+           (z > 0 && is_void(x, y, z - 1)) || (z + 1 < extent.depth && is_void(x, y, z + 1));
+  };
+#pragma omp parallel for schedule(dynamic, 8) if (extent.sites() > sites_worth_threads)
+  for (int row = 0; row < extent.rows(); ++row) {
+    const int y = row % extent.height;
+    const int z = row / extent.height;
+    for (int x = 0; x < extent.width; ++x) {
+      const std::size_t site = extent.index(x, y, z);
+      const std::array<int, 3> place{sites.axes[0][static_cast<std::size_t>(x)],
+                                     sites.axes[1][static_cast<std::size_t>(y)],
+                                     sites.axes[2][static_cast<std::size_t>(z)]};
+      bool has_void = false;
+      std::array<double, 6> sum{};
+      double trace = 0.0;
+      for_each_around(full, place, reach, [&](std::size_t at) {
+        has_void = has_void || full.modulus.values[at] < least;
+        for (std::size_t a = 0; a < axes; ++a) {
+          for (std::size_t b = a; b < axes; ++b) {
+            const double entry = double{full.springs[symmetric_entry(axes, a, b)][at]};
+            sum[symmetric_entry(axes, a, b)] += entry;
+            trace += a == b ? entry : 0.0;
+          }
+        }
+      });
+      if (!has_void) {
+        continue;
+      }
+      sampled.modulus.values[site] = full.modulus.values[sites.index(x, y, z)];
+      const bool slides = !is_void(x, y, z) && is_beside_void(x, y, z) && trace > 0.0;
+      for (std::size_t entry = 0; entry < sampled.springs.size(); ++entry) {
+        sampled.springs[entry][site] =
+            slides ? static_cast<float>(stiffness_of_walls * sum[entry] / trace) : 0.0F;
+      }
+    }
+  }
 }
 
 } // namespace
@@ -156,6 +232,9 @@ Level sampled_image(const Level& full, const BlockModuli& blocks, BlockMean mean
   if (mean == BlockMean::geometric) {
     std::ranges::transform(blocks.mean.values, blocks.inverse_mean.values, level.modulus.values.begin(),
                            [](float upper, float inverse_lower) { return std::sqrt(upper / inverse_lower); });
+  }
+  if (!full.springs.empty()) {
+    sample_walls(full, level);
   }
   set_inverse_modulus(level);
   return level;

@@ -39,6 +39,8 @@ constexpr int most_steps = 150;
 constexpr int first_look = 8;
 constexpr double worth_a_set_up = 8.0; ///< cycles, of which a hierarchy takes the time of four
 constexpr int parts_of_load = 4;       ///< where the linear solution is no start
+/// More is left than cycles say where tissue slides: they move it along its walls last.
+constexpr double times_of_walls = 3.0;
 
 /// to = value + factor * direction, component by component; all may be one field.
 void advance(VectorField& to, const VectorField& value, float factor, const VectorField& direction) {
@@ -89,7 +91,11 @@ public:
       : level_(level), model_(model), tissues_(level, model),
         linear_(level, model, session, Strains::linearised), say_(std::move(say)),
         displacement_(level.extent), residual_(level.extent), tried_(level.extent),
-        tried_residual_(level.extent) {}
+        tried_residual_(level.extent), void_modulus_(void_modulus(level)) {
+    for (std::size_t site = 0; site < level.extent.sites(); ++site) {
+      tissue_ += is_tissue(site) ? 1 : 0;
+    }
+  }
 
   /// Begins with the linear solution, or with parts of the load where that turns cells over. Returns whether
   /// it is the linear one.
@@ -134,8 +140,8 @@ public:
         next_look = 2 * step + first_look;
       }
       linear_.correct(residual_, correction);
-      left.add(root_mean_square(correction));
-      left_ = left.estimate();
+      left.add(moved_by(correction));
+      left_ = (level_.springs.empty() ? 1.0 : times_of_walls) * left.estimate();
       say_(left_, left.moved(), least_.share);
       const bool at_rest = left.moved() <= 0.5 * rounding; // what cycles find beyond is noise
       if (left_ < 0.5 * accuracy || at_rest) { // nobody has looked at what the correction does to cells
@@ -200,6 +206,26 @@ private:
       }
     }
     return least;
+  }
+  /// RMS over the sites of tissue: what void does follows from them, and no step is chosen for it.
+  [[nodiscard]] double moved_by(const VectorField& correction) const {
+    if (tissue_ == level_.extent.sites()) {
+      return root_mean_square(correction);
+    }
+    std::vector<double> of_rows(static_cast<std::size_t>(level_.extent.rows()));
+#pragma omp parallel for if (level_.extent.sites() > sites_worth_threads)
+    for (std::size_t row = 0; row < of_rows.size(); ++row) {
+      const auto width = static_cast<std::size_t>(level_.extent.width);
+      for (std::size_t at = row * width; at < (row + 1) * width; ++at) {
+        for (std::size_t axis = 0; axis < level_.extent.axes() && is_tissue(at); ++axis) {
+          of_rows[row] += double{correction[axis][at]} * double{correction[axis][at]};
+        }
+      }
+    }
+    return std::sqrt(std::accumulate(of_rows.begin(), of_rows.end(), 0.0) / static_cast<double>(tissue_));
+  }
+  [[nodiscard]] bool is_tissue(std::size_t site) const {
+    return level_.modulus.values[site] >= void_modulus_;
   }
   /// Makes the cycle one for the stiffness that the tissues have where they are.
   void follow_strain() {
@@ -284,6 +310,8 @@ private:
   VectorField residual_;
   VectorField tried_; ///< a displacement that search() looks at
   VectorField tried_residual_;
+  float void_modulus_;
+  std::size_t tissue_ = 0; ///< sites that are not void
   LeastVolume least_{};
   double load_ = 1.0; ///< the part of targets and loads that acts
   double left_ = unknown;

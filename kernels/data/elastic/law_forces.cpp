@@ -1,5 +1,6 @@
 #include "kernels/data/elastic/law_forces.hpp"
 
+#include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/hierarchy.hpp"
 #include "kernels/specification/laws/laws.hpp"
 
@@ -20,6 +21,7 @@ struct CellConstants {
   float mu = 0.0F;
   float lame = 0.0F;
   LawsInFloat::Sides sides{};
+  float least_modulus = 0.0F;
 };
 
 /// The four rows of sites that a row of cells lies between: y in the lowest bit, then z, which an image has
@@ -45,11 +47,20 @@ HDM_FUNCTION void make_cell(const CellConstants& material, const Rows& rows, con
     return LawsInFloat::Volume::CellCorners{of[0][i], of[0][i + 1], of[1][i], of[1][i + 1],
                                             of[2][i], of[2][i + 1], of[3][i], of[3][i + 1]};
   };
+  const auto modulus_at = [&](int corner) HDM_INLINED {
+    return rows.modulus[static_cast<std::size_t>(corner) >> 1][i + (static_cast<std::size_t>(corner) & 1)];
+  };
+  float softest = modulus_at(0);
+  for (int corner = 1; corner < 8; ++corner) {
+    const float modulus = modulus_at(corner);
+    softest = modulus < softest ? modulus : softest;
+  }
+  const bool is_void = softest < material.least_modulus;
   const auto tissue = [&](int corner) HDM_INLINED {
-    const auto row = static_cast<std::size_t>(corner) >> 1;
-    const std::size_t at = i + (static_cast<std::size_t>(corner) & 1);
-    const float modulus = rows.modulus[row][at];
-    return LawsInFloat::Tissue{modulus * material.mu, modulus * material.lame, rows.stiffening[row][at]};
+    const float modulus = is_void ? softest : modulus_at(corner);
+    const float stiffening =
+        rows.stiffening[static_cast<std::size_t>(corner) >> 1][i + (static_cast<std::size_t>(corner) & 1)];
+    return LawsInFloat::Tissue{modulus * material.mu, modulus * material.lame, is_void ? -1.0F : stiffening};
   };
   made.volumes[i] = LawsInFloat::for_each_force_by_law(
       displacement, tissue, material.sides, [&](int axis, int corner, float force) HDM_INLINED {
@@ -152,9 +163,10 @@ private:
       rows.modulus[row] = level_.modulus.values.data() + at[row];
       rows.stiffening[row] = has_laws(level_) ? level_.stiffening.values.data() + at[row] : linear_.data();
     }
-    const auto& [mu, lame, sides] = laws_.constants_;
-    make_cells({mu, lame, {sides[0], sides[1], sides[2]}}, rows, {forces_.data(), volumes_.data(), cells_},
-               static_cast<std::size_t>(cells.begin), static_cast<std::size_t>(cells.end));
+    const auto& [mu, lame, sides, least_modulus] = laws_.constants_;
+    make_cells({mu, lame, {sides[0], sides[1], sides[2]}, least_modulus}, rows,
+               {forces_.data(), volumes_.data(), cells_}, static_cast<std::size_t>(cells.begin),
+               static_cast<std::size_t>(cells.end));
     for (std::size_t row = 0; row < 4; ++row) {
       const int of_last_axis = is_volume ? z + static_cast<int>(row >> 1) : y + static_cast<int>(row & 1);
       if (of_last_axis >= begin && of_last_axis < end) {
@@ -204,7 +216,10 @@ LawForces::LawForces(const Level& level, const ElasticModel& model) : level_(lev
   const double unit = force_unit(level, model.poisson) / 32.0;
   const double nu = model.poisson;
   const double lame = is_volume ? nu / ((1.0 + nu) * (1.0 - 2.0 * nu)) : nu / (1.0 - nu * nu);
-  constants_ = {.mu = static_cast<float>(unit / (2.0 * (1.0 + nu))), .lame = static_cast<float>(unit * lame)};
+  const bool has_walls = has_laws(level) && !level.springs.empty();
+  constants_ = {.mu = static_cast<float>(unit / (2.0 * (1.0 + nu))),
+                .lame = static_cast<float>(unit * lame),
+                .least_modulus = has_walls ? void_modulus(level) : 0.0F};
   std::ranges::transform(level.sides, constants_.one_over_sides.begin(),
                          [](double side) { return static_cast<float>(1.0 / side); });
   const Extent extent = level.extent;
@@ -274,9 +289,8 @@ ScalarField LawForces::stiffness_ratio(const VectorField& displacement) const {
   ScalarField ratio(extent);
   const std::vector<float> none(static_cast<std::size_t>(extent.width), 0.0F);
   const std::vector<float> linear(static_cast<std::size_t>(extent.width), -1.0F);
-  const auto& [mu, lame, sides] = constants_;
-  const CellConstants material{mu, lame, {}};
-  const std::array<float, 3> one_over_sides = sides;
+  const CellConstants material{.mu = constants_.mu, .lame = constants_.lame};
+  const std::array<float, 3> one_over_sides = constants_.one_over_sides;
 #pragma omp parallel for if (extent.sites() > sites_worth_threads)
   for (int row = 0; row < extent.rows(); ++row) {
     const int y = row % extent.height;

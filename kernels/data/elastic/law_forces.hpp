@@ -18,7 +18,9 @@ struct LeastVolume {
   std::size_t site = 0; ///< the corner of the cell with the least coordinates
 };
 
-/// A level whose tissues have laws; one without is linear everywhere.
+/// A level whose tissues have laws; one without is linear everywhere. Where walls are (Level::springs), all
+/// of a cell with a corner in void is void: its other corners slide, and half of a cell that hangs on them
+/// would turn over.
 class LawForces {
 public:
   /// The level must outlive this object.
@@ -46,6 +48,7 @@ private:
     float mu = 0.0F; ///< Lame's constants for a modulus of 1, in the unit of sessions
     float lame = 0.0F;
     std::array<float, 3> one_over_sides{};
+    float least_modulus = 0.0F; ///< of a corner; below it all of the cell is void
   };
 
   const Level& level_;
