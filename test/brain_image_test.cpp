@@ -94,8 +94,30 @@ TEST_F(ImageFiles, BrainAndHeadLieAtOnePlace) {
                     origin));
   };
   const auto brain = volume("brain.nrrd", "(0,0,0)");
-  EXPECT_EQ(read_head(brain, volume("near.nrrd", "(0,0.0001,0)"), 2, {}).picture.extent, (Extent{3, 3, 3}));
-  expect_refusal([&] { (void)read_head(brain, volume("far.nrrd", "(0,0.01,0)"), 2, {}); }, "lies elsewhere");
+  EXPECT_EQ(read_head(brain, volume("near.nrrd", "(0,0.0001,0)"), 2, 0.0, {}).picture.extent,
+            (Extent{3, 3, 3}));
+  expect_refusal([&] { (void)read_head(brain, volume("far.nrrd", "(0,0.01,0)"), 2, 0.0, {}); },
+                 "lies elsewhere");
+}
+
+TEST_F(ImageFiles, WhatLiesBetweenFoldsOfABrainIsLiquid) {
+  const auto volume = [&](const char* name, auto&& value) {
+    std::string text;
+    for_each_site(Extent{9, 7, 5}, [&](int x, int y, int z) { text += value(x, y, z) ? "5 " : "0 "; });
+    return write_nrrd(
+        name, "float", "9 7 5", text,
+        "space dimension: 3\nspace directions: (2,0,0) (0,2,0) (0,0,2)\nspace origin: (0,0,0)\n");
+  };
+  // A furrow of one voxel, which is 2 mm, open to one side.
+  const auto in_brain = [](int x, int y, int /*z*/) { return x > 1 && x < 7 && !(x == 4 && y < 4); };
+  const auto brain = volume("brain.nrrd", in_brain);
+  const auto head = volume("head.nrrd", [](int x, int /*y*/, int /*z*/) { return x > 0; });
+  const auto label_in = [&](double sulci) {
+    return read_head(brain, head, 1, sulci, {}).tissue.values[Extent{9, 7, 5}.index(4, 2, 2)];
+  };
+  EXPECT_EQ(label_in(0.0), 2);
+  EXPECT_EQ(label_in(2.0), 2) << "its sides are 4 mm from each other, by the centres of voxels";
+  EXPECT_EQ(label_in(4.1), 1);
 }
 
 /// Colin27 without skull, of the Debian package mricron-data.

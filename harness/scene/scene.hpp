@@ -160,7 +160,7 @@ void require_memory(const Scene& scene);
 /// The shipped images in the order of the thesis, then the brain, then what is only for verify.
 [[nodiscard]] std::vector<std::string> shipped_scenes();
 /// The shipped volumes.
-inline constexpr std::array<std::string_view, 3> shipped_volumes{"cube", "ball", "head"};
+inline constexpr std::array<std::string_view, 4> shipped_volumes{"cube", "ball", "head", "sliding-head"};
 
 /// A line of the list of scenes: what a shipped scene says of itself.
 struct SceneSummary {

@@ -318,8 +318,10 @@ Content read_brain_content(TomlReader& brain, TomlReader& scene, const std::file
   if (brain.has("head")) {
     const auto head = brain.get<std::string>("head");
     const int classes = brain.get<int>("classes");
+    double sulci = 0.0;
+    brain.read("sulci", sulci);
     brain.finish();
-    Content content = content_of(read_head(folder / name, folder / head, classes, size));
+    Content content = content_of(read_head(folder / name, folder / head, classes, sulci, size));
     stretch(content.picture);
     if (!is_inspected(content.picture.extent)) {
       content.picture = {};

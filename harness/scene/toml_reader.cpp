@@ -103,6 +103,8 @@ const std::array known_keys{
     Key{"brain", "orientation"},
     // ITK's multi-Otsu tries every combination of thresholds.
     Key{"brain", "classes", {}, [](double value) { return value >= 1.0 && value <= 4.0; }, "1 ... 4"},
+    Key{"brain", "sulci", "it belongs to a whole head",
+        [](double value) { return value >= 0.0 && value <= 50.0; }, "in [0, 50] (mm)"},
     Key{"brain", "margin", {}, [](double value) { return value >= 0.0 && value < 0.5; }, "in [0, 0.5)"},
     Key{"random", "seed"},
     Key{"random", "modulus", {}, is_positive, "positive (MPa)"},

@@ -206,10 +206,18 @@ int class_of(float gray, const std::vector<double>& thresholds) {
                  std::ranges::count_if(thresholds, [gray](double threshold) { return gray > threshold; }));
 }
 
+/// The brain with what lies between its folds, where those are nearer to each other than so many voxels.
+std::vector<bool> with_sulci(const ScalarField& in_brain, double widest) {
+  std::vector<bool> inside(in_brain.values.size());
+  std::transform(in_brain.values.begin(), in_brain.values.end(), inside.begin(),
+                 [](float value) { return value > 0.0F; });
+  return close_gaps(inside, in_brain.extent, 0.5 * widest, {1.0, 1.0, 1.0});
+}
+
 } // namespace
 
 BrainSlice read_head(const std::filesystem::path& brain, const std::filesystem::path& head, int classes,
-                     std::optional<Extent> size) {
+                     double sulci, std::optional<Extent> size) {
   try {
     const auto read = [](const std::filesystem::path& file) {
       Image<ScalarField> image = read_scalar(file, {.takes_volumes = true});
@@ -233,11 +241,12 @@ BrainSlice read_head(const std::filesystem::path& brain, const std::filesystem::
     }
     const std::vector<double> thresholds = otsu_thresholds(inner.pixels, in_brain, classes);
     Image<std::vector<ScalarField>> both{{outer.pixels, outer.pixels}, outer.spacing, outer.placement};
+    const std::vector<bool> within = with_sulci(in_brain, sulci / inner.spacing);
     for (std::size_t site = 0; site < in_brain.values.size(); ++site) {
       both.pixels[0].values[site] =
-          in_brain.values[site] > 0.0F
-              ? static_cast<float>(class_of(inner.pixels.values[site], thresholds))
-              : (in_head.values[site] > 0.0F ? static_cast<float>(classes + 1) : 0.0F);
+          in_brain.values[site] > 0.0F ? static_cast<float>(class_of(inner.pixels.values[site], thresholds))
+          : within[site]               ? 1.0F
+                         : (in_head.values[site] > 0.0F ? static_cast<float>(classes + 1) : 0.0F);
     }
     images::fit_nearest(head, both, size);
     const Extent extent = both.pixels[0].extent;

@@ -112,9 +112,11 @@ struct BrainSlice {
 
 /// A whole head on the grid of its file, with its brain on the same grid in another one: what is outside both
 /// is 0. Tissue is 0, then of the brain 1 ... classes as in a slice, then, what else of the head there is,
-/// skull and skin, classes + 1. `size` as in ReadOptions, nearest neighbour.
+/// skull and skin, classes + 1. Gaps of the brain that are narrower than `sulci` millimetres are of class 1,
+/// the liquid that fills them, so that the skull's inner side is smooth. `size` as in ReadOptions, nearest
+/// neighbour.
 [[nodiscard]] BrainSlice read_head(const std::filesystem::path& brain, const std::filesystem::path& head,
-                                   int classes, std::optional<Extent> size);
+                                   int classes, double sulci, std::optional<Extent> size);
 
 /// Which way a displacement leads.
 enum class Mapping {

@@ -44,7 +44,7 @@ BrainSlice read_brain(const std::filesystem::path& file, std::optional<int>, int
   refuse(file);
 }
 
-BrainSlice read_head(const std::filesystem::path& brain, const std::filesystem::path&, int,
+BrainSlice read_head(const std::filesystem::path& brain, const std::filesystem::path&, int, double,
                      std::optional<Extent>) {
   refuse(brain);
 }
