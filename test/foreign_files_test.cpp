@@ -222,6 +222,8 @@ TEST_F(ForeignFiles, OfNiftiWithDisplacementsAreAlongItsAxes) {
   EXPECT_EQ(read_displacement(path("d.nii"), true).pixels.planes, field.planes);
   write_displacement(path("d.nrrd"), field, 1.0);
   EXPECT_THAT(content(path("d.nrrd")), HasSubstr("\ndisplacement field type:=modeling\n"));
+  write_displacement(path("back.nrrd"), field, 1.0, {}, {}, Mapping::backward);
+  EXPECT_THAT(content(path("back.nrrd")), HasSubstr("\ndisplacement field type:=resampling\n"));
 }
 
 TEST_F(ForeignFiles, WithAllTheirCompressedPartsAreWhole) {

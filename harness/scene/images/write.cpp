@@ -107,13 +107,13 @@ void write_displacement(const std::filesystem::path& file, const VectorField& di
     images::write_transform(file, geometry, values);
     return;
   }
-  // Who opens the file must be told. Slicer knows the third key.
+  // Who opens the file must be told. Slicer knows the third key, and takes NIfTI and .h5 for the second way.
   const bool is_forward = mapping == Mapping::forward;
   images::write_pixels(
       file, geometry, std::move(values),
       {{"hdmbench mapping", is_forward ? forward_mapping : "backward: what is at y came from y + d(y)"},
        {"hdmbench unit", "millimetre"},
-       {"displacement field type", "modeling"}});
+       {"displacement field type", is_forward ? "modeling" : "resampling"}});
 }
 
 void require_displacement_name(const std::filesystem::path& file, Extent extent) {
