@@ -1,6 +1,7 @@
 // The pages that a newcomer types from: their commands are run, and what they say comes.
 
 #include "test/files.hpp"
+#include "test/person.hpp"
 #include "test/program.hpp"
 
 namespace hdmbench {
@@ -101,6 +102,57 @@ TEST(Tutorial, SaysWhatComes) {
                 content(folder.path() / "out" / name))
         << name << " is not what these commands draw";
   }
+}
+
+/// The commands of a table: what stands between backquotes and begins with the program's name.
+std::vector<std::string> commands_in_tables(const fs::path& page) {
+  std::istringstream lines(content(page));
+  std::vector<std::string> commands;
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream parts(line);
+    bool is_code = false;
+    for (std::string part; line.starts_with('|') && std::getline(parts, part, '`'); is_code = !is_code) {
+      if (is_code && part.starts_with("hdmbench ")) {
+        commands.push_back(part);
+      }
+    }
+  }
+  return commands;
+}
+
+/// What the page takes for granted: a head of 4 mm with landmarks above its middle.
+void write_head(const test::TemporaryFolder& folder) {
+  const Scene head = test::small_brain(24, 20);
+  write_labels(folder.path() / "labels.nrrd", head.labels, 4.0);
+  write_scalar(folder.path() / "t1.nrrd", head.picture, 4.0);
+  const char* const title = "# CoordinateSystem = LPS\n";
+  (void)folder.write("before.fcsv",
+                     fmt::format("{}1,40,44,54,0,0,0,1,1,1,0,a,,\n2,52,48,54,0,0,0,1,1,1,0,b,,\n", title));
+  (void)folder.write("after.fcsv",
+                     fmt::format("{}1,40,44,50,0,0,0,1,1,1,0,a,,\n2,52,48,51,0,0,0,1,1,1,0,b,,\n", title));
+  (void)folder.write("pairs.csv", "40,44,54,0,0,-4,1\n52,48,54,0,0,-3,1\n");
+}
+
+TEST(Requests, AreAnsweredByTheCommandsOfThePage) {
+  if (!have_images()) {
+    GTEST_SKIP() << "this build reads no images";
+  }
+  const test::TemporaryFolder folder;
+  write_head(folder);
+  const fs::path page = fs::path(HDMBENCH_SOURCE) / "harness/tutorial/requests.md";
+  for (const auto& [kind, text] : blocks_of(page)) {
+    ASSERT_EQ(in_shell(folder.path(), text).status, 0) << text;
+  }
+  const std::vector<std::string> commands = commands_in_tables(page);
+  EXPECT_GE(commands.size(), 12U);
+  for (const std::string& command : commands) {
+    const auto [status, output] = in_shell(folder.path(), command);
+    EXPECT_EQ(status, 0) << command << '\n' << output;
+  }
+  for (const auto& [file, way] : {std::pair{"out/labels.nrrd", "modeling"}, {"back.nrrd", "resampling"}}) {
+    EXPECT_THAT(content(folder.path() / file), HasSubstr(fmt::format("displacement field type:={}", way)));
+  }
+  EXPECT_TRUE(fs::exists(folder.path() / "points/0001-points.csv"));
 }
 
 /// What the page has others type, on whatever drivers are here.
