@@ -74,12 +74,16 @@ TEST_F(Points, ThatCannotBeMeantAreRefused) {
   expect_refusal([&] { (void)read_point_pairs(one, write("no.fcsv", "1,1,2,3\n")); }, "neither LPS nor RAS");
   expect_refusal([&] { (void)read_point_pairs(one, write("no.json", "{}")); }, "is no file of points");
   expect_refusal([&] { (void)read_point_pairs(one); }, "has points at one time");
+  expect_refusal([&] { (void)read_point_pairs("one.vtk"); }, "has points at one time");
+  expect_refusal([&] { (void)read_point_pairs("one.ply", "two.ply"); }, "or both on surfaces");
   expect_refusal([&] { (void)load("", {.points = {one, one, one}}); }, "these are 3");
   (void)write("far.txt", "0 0 0 1 0 0\n");
   expect_refusal([&] { (void)load("[[points]]\nfile = \"far.txt\"\n"); }, "is beside the scene");
   expect_refusal([&] { (void)load("[[points]]\nfile = \"far.txt\"\nbefore = \"far.txt\"\n"); },
                  "give one file of pairs");
   expect_refusal([&] { (void)load("[[points]]\nfile = \"far.txt\"\ndeviation = -1\n"); }, "at least 0 (mm)");
+  expect_refusal([&] { (void)load("[[points]]\nfile = \"far.txt\"\nspace = \"RAS\"\n"); },
+                 "say it themselves");
 }
 
 /// Rows of the scene lead to the right, columns up, slices to the back. Two certain points in cells beside

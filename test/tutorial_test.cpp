@@ -120,7 +120,7 @@ std::vector<std::string> commands_in_tables(const fs::path& page) {
   return commands;
 }
 
-/// What the page takes for granted: a head of 4 mm with landmarks above its middle.
+/// What the page takes for granted: a head of 4 mm with landmarks and a surface above its middle.
 void write_head(const test::TemporaryFolder& folder) {
   const Scene head = test::small_brain(24, 20);
   write_labels(folder.path() / "labels.nrrd", head.labels, 4.0);
@@ -130,6 +130,12 @@ void write_head(const test::TemporaryFolder& folder) {
                      fmt::format("{}1,40,44,54,0,0,0,1,1,1,0,a,,\n2,52,48,54,0,0,0,1,1,1,0,b,,\n", title));
   (void)folder.write("after.fcsv",
                      fmt::format("{}1,40,44,50,0,0,0,1,1,1,0,a,,\n2,52,48,51,0,0,0,1,1,1,0,b,,\n", title));
+  for (const auto& [name, z] : {std::pair{"grid-before.vtk", 54}, {"grid-after.vtk", 50}}) {
+    (void)folder.write(name, fmt::format("# vtk DataFile Version 4.2\n3D Slicer output. SPACE=LPS\nASCII\n"
+                                         "DATASET POLYDATA\nPOINTS 4 float\n36 40 {0}  56 40 {0}  56 52 {0}  "
+                                         "36 52 {0}\nPOLYGONS 1 5\n4 0 1 2 3\n",
+                                         z));
+  }
   (void)folder.write("pairs.csv", "40,44,54,0,0,-4,1\n52,48,54,0,0,-3,1\n");
 }
 

@@ -347,7 +347,8 @@ Disturbance draw_disturbance(const Scene& scene, const CellForces& forces, const
   std::size_t share = 0;
   for_each_share(scene, [&](const KnownPoint& point, std::size_t site, double weight) {
     if (&point != last) {
-      std::ranges::generate(error, [&] { return point.deviation * random(); });
+      const double deviation = point.deviation / std::sqrt(point.share.value_or(1.0));
+      std::ranges::generate(error, [&] { return deviation * random(); });
       last = &point;
     }
     const std::array<double, 3> gap = share < gaps.size() ? gaps[share] : std::array<double, 3>{};

@@ -62,7 +62,8 @@ inline const Option<std::string>
 inline const Option<std::vector<std::filesystem::path>>
     points("--points,--landmarks",
            "Points that have moved: a file of 3D Slicer's of before and one of after (.fcsv, .mrk.json), "
-           "or one with lines of x y z dx dy dz (mm, LPS)",
+           "or one with lines of x y z dx dy dz (mm, LPS); or a surface before and after (.vtk, .obj, .stl) "
+           "with SPACE=LPS or RAS in its header",
            Content::points);
 inline const Option<std::string> backend("--backend", "Backend that computes", "openmp");
 inline const Option<std::vector<std::string>>

@@ -3,6 +3,7 @@
 #include "harness/scene/method.hpp"
 #include "harness/scene/points.hpp"
 #include "harness/scene/scene_content.hpp"
+#include "harness/scene/surfaces.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -10,6 +11,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <utility>
 
 namespace hdmbench {
@@ -36,7 +38,8 @@ KnownPoint known_point(const PointPair& pair, double deviation, const Content& c
     way[i] = pair.after[i] - pair.before[i];
   }
   KnownPoint point{pair.name, along(content.placement, from_origin), along(content.placement, way),
-                   pair.deviation.value_or(deviation) / content.spacing};
+                   pair.deviation.value_or(deviation) / content.spacing,
+                   pair.area ? std::optional(*pair.area / (point_reach * point_reach)) : std::nullopt};
   const double half_slice = 0.5 * std::max(content.spacing, content.placement.thickness);
   bool is_inside = true;
   for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -59,13 +62,102 @@ KnownPoint known_point(const PointPair& pair, double deviation, const Content& c
   return point;
 }
 
-std::vector<PointPair> read(std::span<const std::filesystem::path> files) {
+std::vector<PointPair> read(std::span<const std::filesystem::path> files, std::string_view space) {
   if (files.size() > 2) {
     throw InputError(fmt::format(
         "points are in one file, of pairs, or in two, of before and of after; these are {}", files.size()));
   }
+  if (files.size() == 2 && std::ranges::all_of(files, is_surface)) {
+    return read_surface_pairs(files[0], files[1], space);
+  }
   return files.size() == 1 ? read_point_pairs(files[0]) : read_point_pairs(files[0], files[1]);
 }
+
+/// Adds what files and options say of points to `to`.
+void take_points(TomlReader& scene, const std::filesystem::path& folder, const SceneOptions& options,
+                 const Content& content, Scene& to) {
+  const auto take = [&](const std::vector<PointPair>& pairs, double deviation) {
+    for (const PointPair& pair : pairs) {
+      to.points.push_back(known_point(pair, deviation, content, to.extent()));
+    }
+  };
+  for (TomlReader& table : scene.tables("points")) {
+    if (table.has("file") == table.has("before") || table.has("before") != table.has("after")) {
+      table.fail("file", "or before and after: give one file of pairs, or the points before and after");
+    }
+    std::vector<std::filesystem::path> files;
+    for (const char* const key : {"file", "before", "after"}) {
+      if (table.has(key)) {
+        files.push_back(folder / table.get<std::string>(key));
+      }
+    }
+    double deviation = 0.0;
+    table.read("deviation", deviation);
+    std::string_view space;
+    if (std::ranges::all_of(files, is_surface) && table.has("space")) {
+      static constexpr std::array<std::string_view, 2> spaces{"LPS", "RAS"};
+      space = spaces[table.choice("space", spaces)]; // NOLINT(*-constant-array-index): it is one of them
+    }
+    table.finish();
+    take(read(files, space), deviation);
+  }
+  if (!options.points.empty()) {
+    take(read(options.points, ""), 0.0);
+  }
+  take(options.pairs, 0.0);
+}
+
+/// What is known at points: certain ones by themselves, and of the others one spring a site, which is what
+/// all that reach it come to. A surface has many thousands.
+class Known {
+public:
+  explicit Known(Extent extent) : extent_(extent) {}
+
+  void add_certain(const KnownPoint& point) { add(point.at, point.target, 1.0F); }
+
+  void add_springs(const KnownPoint& point, const Content& content) {
+    for (const auto& [at, weight] :
+         point_springs(point, extent_, content.placement.aspect, content.spacing)) {
+      Spring& spring = springs_[extent_.index(at[0], at[1], at[2])];
+      spring.at = {1.0 * at[0], 1.0 * at[1], 1.0 * at[2]};
+      spring.weight += weight;
+      for (std::size_t axis = 0; axis < extent_.axes(); ++axis) {
+        spring.pull[axis] += weight * point.target[axis];
+      }
+    }
+  }
+
+  [[nodiscard]] FileConditions conditions() {
+    for (auto& [site, spring] : springs_) {
+      for (double& component : spring.pull) {
+        component /= spring.weight;
+      }
+      add(spring.at, spring.pull, confidence_of_weight(spring.weight));
+    }
+    conditions_.target.extent =
+        conditions_.confidence.extent = {static_cast<int>(conditions_.scattered.size()), 1, 1};
+    return std::move(conditions_);
+  }
+
+private:
+  struct Spring {
+    std::array<double, 3> at{};
+    double weight = 0.0;
+    std::array<double, 3> pull{}; ///< weights times targets
+  };
+
+  void add(const std::array<double, 3>& at, const std::array<double, 3>& target, float confidence) {
+    conditions_.scattered.push_back(at);
+    for (std::size_t axis = 0; axis < extent_.axes(); ++axis) {
+      conditions_.target[axis].push_back(static_cast<float>(target[axis]));
+      conditions_.confidence[axis].push_back(confidence);
+    }
+  }
+
+  Extent extent_;
+  FileConditions conditions_{.target = {}, .confidence = {}};
+  std::map<std::size_t, Spring> springs_;
+};
 
 } // namespace
 
@@ -82,7 +174,7 @@ double residual_at(const KnownPoint& point, const VectorField& displacement) {
 std::vector<PointSpring> point_springs(const KnownPoint& point, Extent extent,
                                        const std::array<double, 3>& sides, double spacing) {
   std::array<std::vector<std::pair<int, double>>, 3> reach{{{{0, 1.0}}, {{0, 1.0}}, {{0, 1.0}}}};
-  double weight = 1.0 / (point.deviation * point.deviation);
+  double weight = point.share.value_or(1.0) / (point.deviation * point.deviation);
   for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
     const double side = sides[axis] * spacing;
     const double width = std::max(1.0, point_reach / side); // sites
@@ -112,31 +204,8 @@ std::vector<PointSpring> point_springs(const KnownPoint& point, Extent extent,
 
 void apply_points(TomlReader& scene, const std::filesystem::path& folder, const SceneOptions& options,
                   const Content& content, Scene& to) {
-  const auto take = [&](const std::vector<PointPair>& pairs, double deviation) {
-    for (const PointPair& pair : pairs) {
-      to.points.push_back(known_point(pair, deviation, content, to.extent()));
-    }
-  };
-  for (TomlReader& table : scene.tables("points")) {
-    if (table.has("file") == table.has("before") || table.has("before") != table.has("after")) {
-      table.fail("file", "or before and after: give one file of pairs, or the points before and after");
-    }
-    std::vector<std::filesystem::path> files;
-    for (const char* const key : {"file", "before", "after"}) {
-      if (table.has(key)) {
-        files.push_back(folder / table.get<std::string>(key));
-      }
-    }
-    double deviation = 0.0;
-    table.read("deviation", deviation);
-    table.finish();
-    take(read(files), deviation);
-  }
-  if (!options.points.empty()) {
-    take(read(options.points), 0.0);
-  }
-  take(options.pairs, 0.0);
-  FileConditions known{.target = {}, .confidence = {}};
+  take_points(scene, folder, options, content, to);
+  Known known(to.extent());
   for (std::size_t number = 0; number < to.points.size(); ++number) {
     const KnownPoint& point = to.points[number];
     if (point.deviation > 0.0 && !to.energy->is_of_cells()) {
@@ -148,27 +217,15 @@ void apply_points(TomlReader& scene, const std::filesystem::path& folder, const 
     if (options.idle_point == number) {
       continue;
     }
-    const auto add = [&](const std::array<double, 3>& at, float confidence) {
-      known.scattered.push_back(at);
-      for (std::size_t axis = 0; axis < to.extent().axes(); ++axis) {
-        known.target[axis].push_back(static_cast<float>(point.target[axis]));
-        known.confidence[axis].push_back(confidence);
-      }
-    };
     if (point.deviation == 0.0) {
-      add(point.at, 1.0F);
-      continue;
-    }
-    for (const auto& [at, weight] :
-         point_springs(point, to.extent(), content.placement.aspect, content.spacing)) {
-      add({1.0 * at[0], 1.0 * at[1], 1.0 * at[2]}, confidence_of_weight(weight));
+      known.add_certain(point);
+    } else {
+      known.add_springs(point, content);
     }
   }
-  if (known.scattered.empty()) {
-    return;
+  if (const FileConditions conditions = known.conditions(); !conditions.scattered.empty()) {
+    (void)carry_conditions(conditions, to.energy->is_of_cells(), to.full);
   }
-  known.target.extent = known.confidence.extent = {static_cast<int>(known.scattered.size()), 1, 1};
-  (void)carry_conditions(known, to.energy->is_of_cells(), to.full);
 }
 
 } // namespace hdmbench

@@ -1,6 +1,7 @@
 #include "harness/scene/points.hpp"
 
 #include "harness/scene/files.hpp"
+#include "harness/scene/surfaces.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -137,10 +138,10 @@ std::vector<NamedPoint> read_points(const fs::path& file) {
   } else if (name.ends_with(".json")) {
     points = read_markups(file);
   } else {
-    throw InputError(
-        fmt::format("{}: points before and after are in files of 3D Slicer's, .fcsv or .mrk.json; one "
-                    "file with lines of x y z dx dy dz needs no second one",
-                    file.string()));
+    throw InputError(fmt::format(
+        "{}: points before and after are in files of 3D Slicer's, .fcsv or .mrk.json, "
+        "or both on surfaces, .vtk, .obj or .stl; one file with lines of x y z dx dy dz needs no second one",
+        file.string()));
   }
   if (points.empty()) {
     throw InputError(fmt::format("{}: has no points", file.string()));
@@ -193,7 +194,7 @@ PointPair point_pair(std::span<const double> numbers, std::string name) {
 }
 
 std::vector<PointPair> read_point_pairs(const fs::path& file) {
-  if (file.extension() == ".fcsv" || file.extension() == ".json") {
+  if (file.extension() == ".fcsv" || file.extension() == ".json" || is_surface(file)) {
     throw InputError(
         fmt::format("{}: has points at one time; give those of before and those of after", file.string()));
   }

@@ -19,6 +19,7 @@ struct PointPair {
   Placement::Vector before{};
   Placement::Vector after{};
   std::optional<double> deviation{}; ///< millimetres; none: nothing is said
+  std::optional<double> area{};      ///< mm^2 of the surface that it is a piece of; none: a point by itself
 };
 
 /// Points of 3D Slicer's, .fcsv or .mrk.json, in LPS or RAS as they say, which belong together by their
@@ -40,6 +41,9 @@ struct KnownPoint {
   std::array<double, 3> at{};     ///< among the sites; of an image z is 0
   std::array<double, 3> target{}; ///< pixels
   double deviation = 0.0;         ///< pixels; 0: it is met
+  /// A piece of a surface is so many points: its area over the square of point_reach, so that a surface is
+  /// as stiff whatever its triangles are. None: it is a point by itself.
+  std::optional<double> share{};
 };
 
 /// Returns how far the displacement at the point is from the known one, pixels.
@@ -55,10 +59,10 @@ struct PointSpring {
 /// tissue that a point stands for, in an image the square.
 inline constexpr double point_reach = 2.5;
 /// Returns the springs that a point with a deviation above 0 puts on the sites around it. Together they weigh
-/// as the tissue that it stands for: as stiff as modulus * 15.6 mm^3 / deviation^2 (MPa, mm: N / mm), in an
-/// image modulus * 6.25 mm^2 / deviation^2 times the thickness, at whatever size of the pixels, `spacing`
-/// millimetres of the shortest side. They fall linearly to 0 at point_reach, or at the next site where that
-/// is farther.
+/// as the tissue that it stands for: as stiff as modulus * 15.6 mm^3 / deviation^2 (MPa, mm: N / mm), times
+/// its share, in an image modulus * 6.25 mm^2 / deviation^2 times the thickness, at whatever size of the
+/// pixels, `spacing` millimetres of the shortest side. They fall linearly to 0 at point_reach, or at the next
+/// site where that is farther.
 [[nodiscard]] std::vector<PointSpring> point_springs(const KnownPoint& point, Extent extent,
                                                      const std::array<double, 3>& sides, double spacing);
 

@@ -151,6 +151,7 @@ const std::array known_keys{
     Key{"points", "file"},
     Key{"points", "before"},
     Key{"points", "after"},
+    Key{"points", "space", "it belongs to surfaces; points say it themselves"},
     Key{"recipe", "points", {}, [](double value) { return value >= 1.0 && value <= 1e4; }, "1 ... 10000"},
     Key{"recipe", "displacement", {}, is_not_negative, "at least 0 (mm)"},
     Key{"recipe", "deviation", {}, is_not_negative, "at least 0 (mm)"},
