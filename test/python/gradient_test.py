@@ -103,6 +103,16 @@ class Gradients(unittest.TestCase):
         newtons = 1000e-9 * 3.0 * one[..., None] * np.array([1.0, -2.0, 0.5])  # kg/m^3 in kg/mm^3, 3 mm^3 a voxel
         self.assertAlmostEqual(float((forces * newtons).sum()), expected, delta=1e-3 * abs(expected))
 
+    def test_not_converged(self):
+        """Nearly incompressible noise of contrast 1000 leaves float no digits for either solution, and both say so."""
+        rng = np.random.default_rng(0)
+        labels = 1 + (rng.random((14, 12, 10)) < 0.5)
+        for poisson, converged in ((0.3, True), (0.4999, False)):
+            result = hdmbench.solve(labels, {1: 1.0, 2: 1000.0}, [[4, 4, 4, 1, 0, 0]], poisson=poisson, accuracy="0.001px",
+                                    differentiable=True)
+            self.assertEqual(result.met, converged)
+            self.assertEqual(result.gradient(rng.standard_normal((14, 12, 10, 3))).converged, converged)
+
     def test_refused(self):
         result = hdmbench.solve(self.labels, moduli, pairs, spacing=1.5)
         zeros = np.zeros((9, 8, 10, 3))
