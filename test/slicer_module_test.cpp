@@ -205,7 +205,8 @@ TEST_P(SlicerModule, HasTheOptionsOfTheCommand) {
 INSTANTIATE_TEST_SUITE_P(Commands, SlicerModule, testing::Values("run", "register", "warp"),
                          [](const auto& one) { return one.param; });
 
-/// A panel that nobody has touched: Slicer passes what has a default, then the words by their places.
+/// A panel that nobody has touched: Slicer passes what has a default, then the words by their places. The
+/// second scene has a wall to slide along, which a panel gets as the scene's file.
 TEST(SlicerModuleTest, PassesDefaultsThatChangeNothing) {
   const test::TemporaryFolder folder;
   std::string words = "run --xml_is_no_option";
@@ -217,10 +218,41 @@ TEST(SlicerModuleTest, PassesDefaultsThatChangeNothing) {
                            parameter["longflag"] == "--output" ? (folder.path() / "out").string() : value);
     }
   }
-  (void)test::expect_run(0, words + " --no_pictures circular --size 24");
-  (void)test::expect_run(0, "run circular --size 24 --no-pictures --output " +
-                                (folder.path() / "plain").string());
-  EXPECT_EQ(test::files_in(folder.path() / "out"), test::files_in(folder.path() / "plain"));
+  const fs::path slides = folder.write("slides.toml", R"(energy = "elastic"
+size = [24, 24]
+[[tissue]]
+label = 0
+modulus = 1.0
+[[tissue]]
+label = 1
+modulus = 3.0
+[[shape]]
+kind = "everything"
+label = 0
+[[shape]]
+kind = "ellipse"
+centre = [0.5, 0.5]
+size = [0.8, 0.8]
+label = 1
+[[condition]]
+where = "labels"
+labels = [0]
+slide = true
+[[condition]]
+where = "labels"
+labels = [1]
+centre = [0.5, 0.5]
+size = [0.3, 0.3]
+dx = 0.5
+dy = 0.0
+)");
+  for (const std::string& scene : {std::string("circular"), slides.string()}) {
+    (void)test::expect_run(0, fmt::format("{} --no_pictures {} --size 24", words, scene));
+    const auto plain = test::expect_run(0, fmt::format("run {} --size 24 --no-pictures --output {}", scene,
+                                                       (folder.path() / "plain").string()));
+    EXPECT_EQ(test::files_in(folder.path() / "out"), test::files_in(folder.path() / "plain"));
+    EXPECT_EQ(plain.output.find("slide along walls") != std::string::npos, scene != "circular");
+  }
 }
 
 } // namespace
