@@ -1,6 +1,7 @@
 // Registration of small pictures: what it finds, what it refuses.
 
 #include "harness/applications/registration.hpp"
+#include "harness/judge/registration/plastimatch.hpp"
 #include "harness/judge/registration/rivals.hpp"
 #include "harness/judge/truths.hpp"
 #include "harness/solve/methods/elastic.hpp"
@@ -133,6 +134,19 @@ TEST(IteratedRegistration, FindsInAVolumeWhatNoElasticBodyDoes) {
   const RegistrationError after = error_of(iterated(scene, pair).displacement, pair, scene.labels);
   EXPECT_GT(before.tissue, 2.0);
   EXPECT_LT(after.tissue, 0.5);
+}
+
+/// Another's program on a volume, where it is installed. A field that led the wrong way or along other axes
+/// would be no nearer than none; sides that differ and a spacing of 2 mm tell axes and units apart.
+TEST(Plastimatch, FindsWhatMovedAVolume) {
+  if (!have_images() || !have_plastimatch()) {
+    GTEST_SKIP() << "plastimatch is not installed, or this build reads no images";
+  }
+  const Scene scene = small_brain(32, 27);
+  const PlantedPair pair = plant(scene, PlantedOptions{.amplitude = 4.0, .noise = 0.0, .seed = seed});
+  const RegistrationError before = error_of(VectorField(scene.extent()), pair, scene.labels);
+  const auto found = register_by_plastimatch(pair.source, pair.target, 2.0);
+  EXPECT_LT(error_of(found.displacement, pair, scene.labels).tissue, 0.5 * before.tissue);
 }
 
 TEST(IteratedRegistration, ARegionThatGrowsPushesTheTissueAroundIt) {

@@ -3,6 +3,7 @@
 #include "harness/judge/registration/rivals.hpp"
 #include "backends/shared/elastic_session.hpp"
 #include "harness/cli/arguments.hpp"
+#include "harness/judge/registration/plastimatch.hpp"
 
 namespace hdmbench::commands {
 
@@ -44,6 +45,10 @@ json compare(const Call& call, const Scene& scene, const Backend& backend, Progr
     fmt::print("{}, {}: {} of {:g} px, noise {:g} %, seed {}; RMSD to the truth in pixels\n\n{}\n",
                scene.name, scene.extent().text(), name, options.amplitude, 100.0 * options.noise,
                options.seed, table_text(rows, "method|tissue|tissue_95:95 %|region|dice:Dice|folds|seconds"));
+    if (scene.extent().axes() == 3 && !call[option::quick] && !have_plastimatch()) {
+      fmt::print(
+          "  plastimatch is not installed (Debian: plastimatch), so nobody else registers the volume\n\n");
+    }
     all.insert(all.end(), rows.begin(), rows.end());
     call.keep(all, "rivals");
   }
@@ -112,7 +117,9 @@ void add_rivals(CLI::App& program, Call& call) {
       "noise is added, and every method has to find out how.",
       {Options(option::scene, nullptr, "brain"), Options(option::size, "Image size: 300 (square) or 257x130"),
        option::orientation, option::slice, backend_options(),
-       Options(option::quick, "Without mutual information: ITK's, and so without Algorithm 5"), kinds,
+       Options(option::quick, "Without mutual information: ITK's, and so without Algorithm 5; of a volume "
+                              "without plastimatch"),
+       kinds,
        Options(option::output,
                "Write the pictures of each pair to this folder, for register; with --pictures those of the "
                "first inclusion, for detect",

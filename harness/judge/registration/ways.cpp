@@ -1,6 +1,7 @@
 #include "harness/judge/registration/ways.hpp"
 
 #include "harness/applications/registration.hpp"
+#include "harness/judge/registration/plastimatch.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
 
@@ -65,11 +66,17 @@ std::vector<RegisteredPair> register_every_way(const PairToRegister& pair, const
   };
   const IteratedOptions smooth{.iterations = 60, .stiffness = 0.3, .gaussian = 2.0, .smallest_step = 0.01};
   const bool has_region = std::ranges::any_of(pair.region.values, [](float value) { return value != 0.0F; });
-  const bool is_image = scene.extent().axes() == 2; // volumes have one way
+  const auto by_plastimatch_itself = [&] {
+    PlastimatchRegistration result = register_by_plastimatch(pair.source, pair.target, scene.spacing);
+    return Found{std::move(result.displacement), result.seconds};
+  };
+  const bool is_image = scene.extent().axes() == 2; // volumes have one way of ours, and one of others
+  const bool has_rival = slow && !is_image && have_plastimatch();
   slow = slow && is_image;
   const std::vector<NamedWay> ways{
       {not_registered, true, false, [&] { return Found{VectorField(scene.extent())}; }},
       {by_b_splines, slow, told, conventionally},
+      {by_plastimatch, has_rival, false, by_plastimatch_itself},
       {algorithm_5, slow, true, [&] { return physically(found.at(by_b_splines)); }},
       {algorithm_6, true, told, [&] { return iterate(unseen, {}); }},
       {gaussian_6, is_image, told, [&] { return iterate(unseen, smooth); }},

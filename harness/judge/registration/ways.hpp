@@ -14,6 +14,7 @@ namespace hdmbench {
 
 inline constexpr std::string_view not_registered = "no registration";
 inline constexpr std::string_view by_b_splines = "ITK b-splines";
+inline constexpr std::string_view by_plastimatch = "plastimatch b-splines";
 inline constexpr std::string_view algorithm_5 = "Algorithm 5 after b-splines";
 inline constexpr std::string_view algorithm_5_after_6 =
     "Algorithm 5 after Algorithm 6 that does not look in the region";
@@ -36,7 +37,8 @@ struct PairToRegister {
 
 /// Every way of a table, in its order. All are told the region where it looks different. The
 /// scene's moduli and Poisson's ratio are those of the solver, which minimises the elastic energy whatever
-/// the scene's own. Without `slow` those are left out that take mutual information, ITK's and so Algorithm 5.
+/// the scene's own. Without `slow` those are left out that take mutual information, ITK's and so Algorithm 5,
+/// and of volumes plastimatch's, which is also left out where it is not installed.
 /// `caption` begins what is shown as progress.
 [[nodiscard]] std::vector<RegisteredPair> register_every_way(const PairToRegister& pair, const Scene& scene,
                                                              bool slow, const Backend& backend,
