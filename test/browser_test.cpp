@@ -1,4 +1,5 @@
-// The page that tests a GPU, in a real browser: headless Chromium, whose WebGL runs on SwiftShader here.
+// The page that tests a GPU, in a real browser: headless Chromium, whose WebGL and WebGPU run on SwiftShader
+// here.
 
 #include "test/chromium.hpp"
 #include "test/program.hpp"
@@ -13,12 +14,20 @@ class Browser : public test::Chromium {
 protected:
   void write_page(const std::string& arguments) {
     test::expect_run(0, "browser " + arguments + " --output " + page().string());
+    // The page's own time passes while it waits for WebGPU, which takes none: its messages to itself hold the
+    // time still.
+    std::ofstream(page(), std::ios::app) << R"(<script>
+const { port1, port2 } = new MessageChannel();
+port1.onmessage = () => { if (!document.documentElement.dataset.done) { port2.postMessage(0); } };
+port2.postMessage(0);
+</script>)";
   }
 
   /// The document after all is done. `wishes` stand after # in the address.
   std::string document(const std::string& wishes) {
     return Chromium::document(page().string() + "#" + wishes, 600000,
-                              {"--use-angle=swiftshader", "--enable-unsafe-swiftshader"});
+                              {"--use-angle=swiftshader", "--enable-unsafe-swiftshader",
+                               "--enable-unsafe-webgpu", "--use-webgpu-adapter=swiftshader"});
   }
 
   /// What the page would save.
@@ -35,8 +44,10 @@ protected:
 TEST_F(Browser, HasScalarsBitsAfterEverySweep) {
   write_page("exact-textures tie-rich --size 32");
   const json found = results();
-  ASSERT_EQ(found["results"].size(), 4U);
-  for (const json& row : found["results"]) {
+  ASSERT_EQ(found["results"].size(), 8U);
+  for (std::size_t i = 0; i < 8; ++i) { // two scenes by two backends in two modes
+    const json& row = found["results"][i];
+    EXPECT_EQ(row["backend"], i % 4 < 2 ? "webgl-fragment" : "webgpu-compute");
     EXPECT_EQ(row["verdict"], "agree") << row.dump();
     EXPECT_EQ(row["tier"], row["scene"] == "tie-rich" ? "bitwise" : "exact");
     EXPECT_EQ(row["sites_differing"], 0);
@@ -52,23 +63,51 @@ TEST_F(Browser, HasScalarsBitsAfterEverySweep) {
   const test::Outcome report = test::hdmbench("report " + (folder() / "browser.json").string() +
                                               " --output " + (folder() / "report.html").string());
   EXPECT_EQ(report.status, 0) << report.output;
-  EXPECT_THAT(file_text(folder() / "report.html"), HasSubstr("webgl-fragment"));
+  const std::string reported = file_text(folder() / "report.html");
+  EXPECT_THAT(reported, HasSubstr("webgl-fragment"));
+  EXPECT_THAT(reported, HasSubstr("webgpu-compute"));
+}
+
+TEST_F(Browser, RunsEveryRuleByWebGpu) {
+  write_page("random --methods annealing,coloured,closed-form --size 16 --iterations 4");
+  const json found = results("missing=webgl2");
+  ASSERT_EQ(found["results"].size(), 6U);
+  for (const json& row : found["results"]) {
+    EXPECT_EQ(row["backend"], "webgpu-compute");
+    EXPECT_EQ(row["verdict"], "agree") << row.dump();
+  }
 }
 
 TEST_F(Browser, SeesAPlantedFault) {
   write_page("tie-rich --size 32");
-  const json row = results("plant=tie")["results"][0];
-  EXPECT_EQ(row["verdict"], "disagree");
-  EXPECT_GT(row["sites_differing"], 0);
-  EXPECT_TRUE(row["first_difference"].is_object());
+  const json rows = results("plant=tie")["results"];
+  ASSERT_EQ(rows.size(), 4U);
+  for (const json& row : rows) {
+    EXPECT_EQ(row["verdict"], "disagree") << row.dump();
+    EXPECT_GT(row["sites_differing"], 0);
+    EXPECT_TRUE(row["first_difference"].is_object());
+  }
   EXPECT_THAT(document("plant=tie"), HasSubstr("class=\"verdict bad\""));
+}
+
+TEST_F(Browser, NamesTheLineThatIsNoWgsl) {
+  write_page("tie-rich --size 8");
+  EXPECT_THAT(document("plant=word"),
+              HasSubstr("Nothing can be compared: no WGSL is known for \"i\" in: loop (int i = 1;"));
 }
 
 TEST_F(Browser, SaysWhatABrowserLacks) {
   write_page("tie-rich --size 8");
-  const std::string text = document("missing=EXT_color_buffer_float");
+  const std::string text = document("missing=EXT_color_buffer_float&missing=webgpu");
   EXPECT_THAT(text, HasSubstr("Nothing can be compared: this browser cannot draw into float textures"));
   EXPECT_THAT(text, HasSubstr("class=\"verdict unsure\""));
+}
+
+TEST_F(Browser, KeepsTheOtherPathWithoutWebGpu) {
+  write_page("tie-rich --size 8");
+  const std::string text = document("missing=webgpu");
+  EXPECT_THAT(text, HasSubstr("Not compared: this browser has no WebGPU."));
+  EXPECT_THAT(text, HasSubstr("The same bits: 2 of 2 comparisons"));
 }
 
 } // namespace

@@ -56,8 +56,8 @@ void add_browser(CLI::App& program, Call& call) {
   add_command(
       program, call, "browser", write_page,
       "Write a page that tests a visitor's GPU.\n"
-      "Write a page that tests the GPU of whoever opens it: the thesis's shader in WebGL 2 beside scalar in\n"
-      "WebAssembly, every site after every sweep. Needs no network.\n"
+      "Write a page that tests the GPU of whoever opens it: the thesis's shader in WebGL 2 and a compute\n"
+      "shader in WebGPU beside scalar in WebAssembly, every site after every sweep. Needs no network.\n"
       "Without scenes: those that show most, at 64 x 64.",
       {scenes_options(false), Options(page_file, nullptr, "hdmbench-browser.html")},
       {"--methods excludes --method"}, false);

@@ -15,10 +15,14 @@
 #include <report_assets/elements_script.hpp>
 #include <report_assets/page_style.hpp>
 #include <shaders/sweep_webgl.hpp>
+#include <web_assets/compute_script.hpp>
 #include <web_assets/follow_script.hpp>
 #include <web_assets/page_script.hpp>
 #include <web_assets/page_text.hpp>
 #include <web_assets/scalar_module.hpp>
+#include <web_assets/specification_texts.hpp>
+#include <web_assets/sweep_wgsl.hpp>
+#include <web_assets/wgsl_script.hpp>
 
 #include <initializer_list>
 
@@ -98,6 +102,7 @@ std::string browser_page(std::span<const Scene> scenes, const Context& context, 
   json data{{"context", context}, {"scenes", json::array()}};
   const auto* const module = reinterpret_cast<const char*>(sources::scalar_module);
   data["scalar"] = report::base64({module, std::size(sources::scalar_module)});
+  data["compute"] = {{"texts", sources::specification_texts}, {"sweep", sources::sweep_wgsl}};
   for (const Scene& scene : scenes) {
     if (scene.energy->of_sites != &thesis_energy || scene.full.update == Update::sequential) {
       throw InputError(
@@ -114,7 +119,8 @@ std::string browser_page(std::span<const Scene> scenes, const Context& context, 
           report::escape(fmt::format("hdmbench {}, commit {}", context.version, context.commit)));
   fill_in(page, "@DATA@", script_text(data));
   fill_in(page, "@SCRIPT@",
-          fmt::format("{}{}{}", sources::elements_script, sources::follow_script, sources::page_script));
+          fmt::format("{}{}{}{}{}", sources::elements_script, sources::follow_script, sources::wgsl_script,
+                      sources::compute_script, sources::page_script));
   return page;
 }
 

@@ -51,13 +51,42 @@ class Scalar {
   }
 }
 
-/** The thesis's design: a fragment shader and two float textures that take turns. */
+/** What is given to a GPU: four numbers a site, in three arrays. `texels` are what comes back. */
 class Gpu {
-  /** Throws an Error that says what the browser lacks. */
+  pack(level) {
+    const sites = level.width * level.height;
+    const at = (array, i) => (level.arrays.length > array * sites ? level.arrays[array * sites + i] : 0);
+    const texels = (...arrays) => {
+      const data = new Float32Array(4 * sites);
+      for (let i = 0; i < sites; ++i) {
+        arrays.forEach((array, k) => { data[4 * i + k] = at(array, i); });
+      }
+      return data;
+    };
+    this.level = level;
+    this.texels = new Float32Array(4 * sites);
+    this.image = texels(0, 1, 3);
+    return [texels(4, 5, 2), texels(6, 7, 8, 9)]; // observation, confidence
+  }
+
+  /** A displacement in the image. */
+  set_field(x, y) {
+    for (let i = 0; i < x.length; ++i) {
+      this.image[4 * i] = x[i];
+      this.image[4 * i + 1] = y[i];
+    }
+  }
+}
+
+/** The thesis's design: a fragment shader and two float textures that take turns. */
+class FragmentGpu extends Gpu {
+  /** Throws an Error that says what the browser lacks. `missing` are names of what to do without. */
   constructor(canvas, missing) {
-    const gl = missing === "webgl2" ? null : canvas.getContext("webgl2", { antialias: false, depth: false });
+    super();
+    this.backend = "webgl-fragment";
+    const gl = missing.includes("webgl2") ? null : canvas.getContext("webgl2", { antialias: false, depth: false });
     if (!gl) { throw new Error("this browser has no WebGL 2"); }
-    if (missing === "EXT_color_buffer_float" || !gl.getExtension("EXT_color_buffer_float")) {
+    if (missing.includes("EXT_color_buffer_float") || !gl.getExtension("EXT_color_buffer_float")) {
       throw new Error("this browser cannot draw into float textures (EXT_color_buffer_float)");
     }
     const names = gl.getExtension("WEBGL_debug_renderer_info");
@@ -106,22 +135,11 @@ class Gpu {
   load(scene, level) {
     const gl = this.gl;
     [this.read_from, this.drawn_to, this.observation, this.confidence].forEach((old) => gl.deleteTexture(old || null));
-    const sites = level.width * level.height;
-    const at = (array, i) => (level.arrays.length > array * sites ? level.arrays[array * sites + i] : 0);
-    const texels = (...arrays) => {
-      const data = new Float32Array(4 * sites);
-      for (let i = 0; i < sites; ++i) {
-        arrays.forEach((array, k) => { data[4 * i + k] = at(array, i); });
-      }
-      return data;
-    };
-    this.level = level;
-    this.texels = new Float32Array(4 * sites);
-    this.image = texels(0, 1, 3);
+    const [observation, confidence] = this.pack(level);
     this.read_from = this.texture(level.width, level.height, this.image);
     this.drawn_to = this.texture(level.width, level.height, null);
-    this.observation = this.texture(level.width, level.height, texels(4, 5, 2));
-    this.confidence = this.texture(level.width, level.height, texels(6, 7, 8, 9));
+    this.observation = this.texture(level.width, level.height, observation);
+    this.confidence = this.texture(level.width, level.height, confidence);
     const program = this.program(scene.shader);
     gl.useProgram(program);
     const place = (name) => gl.getUniformLocation(program, name);
@@ -133,10 +151,7 @@ class Gpu {
   }
 
   write(x, y) {
-    for (let i = 0; i < x.length; ++i) {
-      this.image[4 * i] = x[i];
-      this.image[4 * i + 1] = y[i];
-    }
+    this.set_field(x, y);
     const gl = this.gl;
     gl.bindTexture(gl.TEXTURE_2D, this.read_from);
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, this.level.width, this.level.height, gl.RGBA, gl.FLOAT, this.image);
@@ -185,9 +200,10 @@ function state_hash(width, height, x, y) {
 }
 
 /** An object like a row of `verify`'s results, before anything was compared. */
-function new_row(scene, device, mode) {
+function new_row(scene, gpu, mode) {
   return {
-    scene: scene.name, width: scene.width, height: scene.height, backend: "webgl-fragment", device, mode, levels: 0,
+    scene: scene.name, width: scene.width, height: scene.height, backend: gpu.backend, device: gpu.device, mode,
+    levels: 0,
     method: scene.method, iterations: 0, sweeps: 0, sites_compared: 0, sites_differing: 0, not_finite: 0,
     counts_differing: 0, certified_ties: 0, uncertified: 0, max_abs_difference: 0, first_difference: null, tier: "none",
     verdict: "skipped", reason: "", sites_drifted: 0, largest_gap_over_bound: 0, sites_at_rest: 0
@@ -216,9 +232,9 @@ function compare(row, scalar, texels, level, iteration) {
 /** Follows a scene in one mode; `step` is called after every level and may wait. Returns the row; row.fields are the
     last fields of both, for pictures. */
 async function follow(scalar, gpu, scene, mode, step) {
-  const row = new_row(scene, gpu.device, mode);
+  const row = new_row(scene, gpu, mode);
   if (Math.max(scene.width, scene.height) > gpu.largest) {
-    row.reason = "textures here are at most " + gpu.largest + " texels a side";
+    row.reason = "fields here are at most " + gpu.largest + " sites a side";
     return row;
   }
   let moves = 0;
@@ -229,7 +245,7 @@ async function follow(scalar, gpu, scene, mode, step) {
       if (mode === "resync") { gpu.write(scalar.x, scalar.y); }
       gpu.sweep(scalar.turn(sweep));
       moves += scalar.sweep(sweep, level.width * level.height);
-      compare(row, scalar, gpu.read(), level, 1 + Math.floor(sweep / scene.sweeps_per_iteration));
+      compare(row, scalar, await gpu.read(), level, 1 + Math.floor(sweep / scene.sweeps_per_iteration));
       ++row.sweeps;
     }
     ++row.levels;

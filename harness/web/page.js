@@ -1,5 +1,5 @@
-// Runs everything once and shows it as it comes. For tests, after # in the address: plant=tie plants a fault in the
-// shader, missing=NAME does without webgl2 or an extension.
+// Runs everything once and shows it as it comes. For tests, after # in the address: plant=NAME plants a fault in the
+// shaders, missing=NAME does without webgl2, an extension or webgpu.
 
 const asked = new URLSearchParams(location.hash.slice(1));
 const element = (id) => document.getElementById(id);
@@ -16,13 +16,13 @@ function conclude(state, sentence) {
 function show_rows(rows) {
   element("rows").replaceChildren(table(rows, [
     { key: (row) => row.scene + (row.method === "icm" ? "" : ", " + row.method), title: "Scene" },
-    { key: size_of, title: "Size" }, { key: "mode", title: "Mode" }, { key: "sweeps", title: "Sweeps", format: count },
+    { key: size_of, title: "Size" }, { key: "backend", title: "Backend" }, { key: "mode", title: "Mode" }, { key: "sweeps", title: "Sweeps", format: count },
     { key: "sites_compared", title: "Sites compared", format: count },
     { key: "sites_differing", title: "Differing", format: count },
     { key: (row) => (row.verdict === "agree" ? row.tier : row.verdict), title: "Verdict", format: verdict }]));
   element("differences").replaceChildren(...rows.filter((row) => row.first_difference || row.reason).map((row) => {
     const first = row.first_difference;
-    return el("p", {}, row.scene + ", " + row.mode + ": " + (row.reason || "") +
+    return el("p", {}, row.scene + ", " + row.backend + ", " + row.mode + ": " + (row.reason || "") +
       (first ? " first difference on level " + first.level + ", iteration " + first.iteration + ", x = " + first.x +
         ", y = " + first.y + ": CPU (" + first.expected.join(", ") + "), GPU (" + first.found.join(", ") + ") px" : ""));
   }));
@@ -53,12 +53,12 @@ function show_fields(row) {
 }
 
 /** What `hdmbench report` reads. */
-function keep(rows, gpu) {
+function keep(rows, gpus) {
   const agent = navigator.userAgent.replace(/^Mozilla\/5.0 /, "");
   const results = {
     schema: 1, command: "verify",
     context: {
-      ...page_data.context, machine: "browser: " + (gpu ? gpu.device : agent), cpu: "unknown to a page",
+      ...page_data.context, machine: "browser: " + (gpus.length > 0 ? gpus[0].device : agent), cpu: "unknown to a page",
       cores: navigator.hardwareConcurrency || 0, operating_system: agent, date: new Date().toISOString().slice(0, 19) + "Z"
     },
     results: rows.map(({ fields, exact, ...row }) => row)
@@ -90,21 +90,48 @@ function judge(rows) {
   }
 }
 
+/** The ways to this browser's GPU; what is not there is said. `code` is WGSL. */
+async function open_gpus(code, missing) {
+  const gpus = [];
+  const lacks = [];
+  for (const open of [() => new FragmentGpu(element("gpu"), missing), () => ComputeGpu.open(code, missing)]) {
+    try {
+      gpus.push(await open());
+    } catch (error) {
+      lacks.push(error.message);
+    }
+  }
+  if (gpus.length === 0) { throw new Error(lacks.join("; ")); }
+  element("device").textContent = gpus.map((gpu) => gpu.backend + ": " + gpu.device + ", " + gpu.driver).join("; ");
+  element("lacks").textContent = lacks.map((lack) => "Not compared: " + lack + ".").join(" ");
+  return gpus;
+}
+
+/** By name: what is replaced in all shaders, and by what. */
+const plants = {
+  tie: ["best = change < lowest ?", "best = change <= lowest ?"], // the last candidate among equals
+  word: ["for (int i = 1;", "loop (int i = 1;"] // is not C
+};
+
+function plant(name) {
+  const planted = (text) => text.replace(...plants[name]);
+  page_data.scenes.forEach((scene) => { scene.shader = planted(scene.shader); });
+  page_data.compute.texts = planted(page_data.compute.texts);
+}
+
 async function run() {
   const rows = [];
-  let gpu = null;
+  let gpus = [];
   try {
-    gpu = new Gpu(element("gpu"), asked.get("missing"));
-    element("device").textContent = gpu.device + ", " + gpu.driver;
+    if (asked.has("plant")) { plant(asked.get("plant")); }
+    const code = new Wgsl(page_data.compute.texts).translation() + page_data.compute.sweep;
+    gpus = await open_gpus(code, asked.getAll("missing"));
     const bytes = Uint8Array.from(atob(page_data.scalar), (letter) => letter.charCodeAt(0));
     const scalar = new Scalar(await WebAssembly.instantiate(await WebAssembly.compile(bytes), {}));
-    const total = 2 * page_data.scenes.reduce((sum, scene) => sum + scene.levels.length, 0);
+    const total = 2 * gpus.length * page_data.scenes.reduce((sum, scene) => sum + scene.levels.length, 0);
     for (const scene of page_data.scenes) {
-      if (asked.get("plant") === "tie") {
-        scene.shader = scene.shader.replace("best = change < lowest ?", "best = change <= lowest ?");
-      }
       scene.levels.forEach((level) => { level.arrays = floats(level.arrays); });
-      for (const mode of ["resync", "free"]) {
+      for (const [gpu, mode] of gpus.flatMap((gpu) => [[gpu, "resync"], [gpu, "free"]])) {
         rows.push(await follow(scalar, gpu, scene, mode, async () => {
           element("progress").value += 1 / total;
           await pause();
@@ -119,7 +146,7 @@ async function run() {
     conclude("unsure", "Nothing can be compared: " + error.message);
   }
   element("progress").value = 1;
-  keep(rows, gpu);
+  keep(rows, gpus);
   document.documentElement.dataset.done = "yes";
 }
 

@@ -1,0 +1,88 @@
+// The sweep as a WebGPU compute shader: a site is an invocation, two buffers take turns.
+
+class ComputeGpu extends Gpu {
+  /** Throws an Error that says what the browser lacks. */
+  static async open(code, missing) {
+    const api = missing.includes("webgpu") ? null : navigator.gpu;
+    const adapter = api ? await api.requestAdapter() : null;
+    if (!adapter) { throw new Error("this browser has no WebGPU"); }
+    return new ComputeGpu(adapter.info, await adapter.requestDevice(), code);
+  }
+
+  constructor(info, device, code) {
+    super();
+    this.backend = "webgpu-compute";
+    this.device = [info.vendor, info.architecture, info.description].filter(Boolean).join(" ") || "a GPU without a name";
+    this.driver = "WebGPU";
+    this.largest = Math.floor(Math.sqrt(device.limits.maxStorageBufferBindingSize / 16)); // of four floats a site
+    this.gpu = device;
+    this.module = device.createShaderModule({ code });
+    this.buffers = [];
+    this.error = "";
+    device.onuncapturederror = (event) => { this.error = this.error || event.error.message; };
+    device.lost.then((lost) => { this.error = this.error || "the device was lost: " + lost.message; });
+  }
+
+  buffer(usage, size, values = null) {
+    const buffer = this.gpu.createBuffer({ size, usage: usage | GPUBufferUsage.COPY_DST });
+    if (values) { this.gpu.queue.writeBuffer(buffer, 0, values); }
+    this.buffers.push(buffer);
+    return buffer;
+  }
+
+  load(scene, level) {
+    this.buffers.forEach((old) => old.destroy());
+    this.buffers = [];
+    const [observation, confidence] = this.pack(level);
+    const stored = GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC;
+    const [from, seen, sure, to] = [this.image, observation, confidence, null].map((values) =>
+      this.buffer(stored, this.texels.byteLength, values));
+    this.told = new Float32Array(24); // Told of sweep.wgsl
+    new Int32Array(this.told.buffer).set([level.width, level.height]);
+    this.told[2] = scene.penalty;
+    this.told.set(scene.steps.slice(0, 16), 8);
+    const told = this.buffer(GPUBufferUsage.UNIFORM, this.told.byteLength);
+    this.pipeline = this.gpu.createComputePipeline({ layout: "auto", compute: { module: this.module, constants: {
+      rule: scene.rule, colours: scene.sweeps_per_iteration, step_count: scene.steps.length } } });
+    const group = (...buffers) => this.gpu.createBindGroup({ layout: this.pipeline.getBindGroupLayout(0),
+      entries: buffers.map((buffer, binding) => ({ binding, resource: { buffer } })) });
+    this.newest = { buffer: from, group: group(from, seen, sure, to, told) };
+    this.next = { buffer: to, group: group(to, seen, sure, from, told) };
+    this.told_to = told;
+    this.read_to = this.buffer(GPUBufferUsage.MAP_READ, this.texels.byteLength);
+  }
+
+  write(x, y) {
+    this.set_field(x, y);
+    this.gpu.queue.writeBuffer(this.newest.buffer, 0, this.image);
+  }
+
+  sweep(turn) {
+    this.told.set(turn, 4);
+    this.gpu.queue.writeBuffer(this.told_to, 0, this.told);
+    const encoder = this.gpu.createCommandEncoder();
+    const pass = encoder.beginComputePass();
+    pass.setPipeline(this.pipeline);
+    pass.setBindGroup(0, this.newest.group);
+    pass.dispatchWorkgroups(Math.ceil(this.level.width / 8), Math.ceil(this.level.height / 8));
+    pass.end();
+    this.gpu.queue.submit([encoder.finish()]);
+    [this.newest, this.next] = [this.next, this.newest];
+  }
+
+  /** The first two numbers of each site are the displacement. */
+  async read() {
+    const encoder = this.gpu.createCommandEncoder();
+    encoder.copyBufferToBuffer(this.newest.buffer, 0, this.read_to, 0, this.texels.byteLength);
+    this.gpu.queue.submit([encoder.finish()]);
+    try {
+      await this.read_to.mapAsync(GPUMapMode.READ);
+    } catch (error) {
+      this.error = this.error || error.message;
+    }
+    if (this.error) { throw new Error("WebGPU: " + this.error); }
+    this.texels.set(new Float32Array(this.read_to.getMappedRange()));
+    this.read_to.unmap();
+    return this.texels;
+  }
+}
