@@ -53,6 +53,11 @@ TEST_F(Browser, HasScalarsBitsAfterEverySweep) {
     EXPECT_EQ(row["sites_differing"], 0);
     EXPECT_GE(row["sites_compared"], 32 * 32 * row["sweeps"].get<int>() / row["levels"].get<int>());
   }
+  for (const json& row : found["arithmetic"]) { // nothing is fused or reordered
+    EXPECT_TRUE(row["answer"] == "as specified" ||
+                row["question"].get<std::string>().starts_with("subnormal"))
+        << row.dump();
+  }
   // As many sweeps as verify does, and a report that takes the page's results for what they are.
   const auto verified = folder() / "verified.json";
   ASSERT_EQ(test::hdmbench("verify tie-rich --size 32 --backends openmp --json " + verified.string()).status,
@@ -88,6 +93,21 @@ TEST_F(Browser, SeesAPlantedFault) {
     EXPECT_TRUE(row["first_difference"].is_object());
   }
   EXPECT_THAT(document("plant=tie"), HasSubstr("class=\"verdict bad\""));
+}
+
+TEST_F(Browser, SeesAPlantedOrderOfASum) {
+  write_page("tie-rich --size 8");
+  const json rows = results("plant=order")["arithmetic"];
+  ASSERT_EQ(rows.size(), 24U); // twelve questions to two programs
+  for (const json& row : rows) {
+    const std::string question = row["question"];
+    EXPECT_GT(row["telling"], 0) << row.dump();
+    if (question == "(a * b + c * d) + e") {
+      EXPECT_EQ(row["answer"], "otherwise") << row.dump();
+    } else if (!question.starts_with("subnormal")) { // SwiftShader flushes those
+      EXPECT_EQ(row["answer"], "as specified") << row.dump();
+    }
+  }
 }
 
 TEST_F(Browser, NamesTheLineThatIsNoWgsl) {

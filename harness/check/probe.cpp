@@ -318,6 +318,22 @@ std::vector<ProbeRow> probe_arithmetic(const ArithmeticProgram& program, std::si
   return rows;
 }
 
+std::vector<OperationQuestion> operation_questions() {
+  std::vector<OperationQuestion> asked;
+  for (const Question& question : questions_of_operations()) {
+    if (!question.about_rounding) {
+      const ProbeRow& row = question.row;
+      OperationQuestion& one = asked.emplace_back(
+          OperationQuestion{row.question, row.as_specified, row.otherwise, question.cases, {}, {}});
+      for (const Answers& its : question.answers) {
+        one.specified.push_back(its.specified);
+        one.other.push_back(its.other);
+      }
+    }
+  }
+  return asked;
+}
+
 std::vector<ProbeRow> probe(const Backend& backend, const SessionOptions& options) {
   const Device device = backend.device(options);
   const std::unique_ptr<Session> session = backend.open(options);

@@ -3,6 +3,7 @@
 #include "backends/cpu/cpu.hpp"
 #include "backends/gl/objects.hpp"
 #include "harness/check/golden.hpp"
+#include "harness/check/probe.hpp"
 #include "harness/measure/result_file.hpp"
 #include "harness/report/html.hpp"
 #include "harness/scene/level_sequence.hpp"
@@ -14,7 +15,9 @@
 #include <fmt/format.h>
 #include <report_assets/elements_script.hpp>
 #include <report_assets/page_style.hpp>
+#include <shaders/probe_webgl.hpp>
 #include <shaders/sweep_webgl.hpp>
+#include <web_assets/arithmetic_script.hpp>
 #include <web_assets/compute_script.hpp>
 #include <web_assets/follow_script.hpp>
 #include <web_assets/page_script.hpp>
@@ -83,6 +86,23 @@ json data_of(const Scene& scene) {
           {"levels", std::move(levels)}};
 }
 
+/// The questions as arithmetic.js reads them: all cases, then what each should come to, then what else it
+/// could.
+json arithmetic_questions() {
+  json questions = json::array();
+  for (const OperationQuestion& question : operation_questions()) {
+    std::vector<float> cases;
+    for (const ArithmeticCase& one : question.cases) {
+      cases.insert(cases.end(), one.begin(), one.end());
+    }
+    questions.push_back({{"question", question.question},
+                         {"as_specified", question.as_specified},
+                         {"otherwise", question.otherwise},
+                         {"numbers", base64_of({&cases, &question.specified, &question.other})}});
+  }
+  return questions;
+}
+
 /// JSON inside a <script>: nothing in it may end the element.
 std::string script_text(const json& data) {
   std::string text = json_text(data);
@@ -103,6 +123,8 @@ std::string browser_page(std::span<const Scene> scenes, const Context& context, 
   const auto* const module = reinterpret_cast<const char*>(sources::scalar_module);
   data["scalar"] = report::base64({module, std::size(sources::scalar_module)});
   data["compute"] = {{"texts", sources::specification_texts}, {"sweep", sources::sweep_wgsl}};
+  data["probe"] = sources::probe_webgl;
+  data["arithmetic"] = arithmetic_questions();
   for (const Scene& scene : scenes) {
     if (scene.energy->of_sites != &thesis_energy || scene.full.update == Update::sequential) {
       throw InputError(
@@ -119,8 +141,8 @@ std::string browser_page(std::span<const Scene> scenes, const Context& context, 
           report::escape(fmt::format("hdmbench {}, commit {}", context.version, context.commit)));
   fill_in(page, "@DATA@", script_text(data));
   fill_in(page, "@SCRIPT@",
-          fmt::format("{}{}{}{}{}", sources::elements_script, sources::follow_script, sources::wgsl_script,
-                      sources::compute_script, sources::page_script));
+          fmt::format("{}{}{}{}{}{}", sources::elements_script, sources::follow_script, sources::wgsl_script,
+                      sources::compute_script, sources::arithmetic_script, sources::page_script));
   return page;
 }
 

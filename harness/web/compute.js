@@ -12,6 +12,7 @@ class ComputeGpu extends Gpu {
   constructor(info, device, code) {
     super();
     this.backend = "webgpu-compute";
+    this.language = "WGSL compute shader";
     this.device = [info.vendor, info.architecture, info.description].filter(Boolean).join(" ") || "a GPU without a name";
     this.driver = "WebGPU";
     this.largest = Math.floor(Math.sqrt(device.limits.maxStorageBufferBindingSize / 16)); // of four floats a site
@@ -30,6 +31,21 @@ class ComputeGpu extends Gpu {
     return buffer;
   }
 
+  group(pipeline, ...buffers) {
+    return this.gpu.createBindGroup({ layout: pipeline.getBindGroupLayout(0),
+      entries: buffers.map((buffer, binding) => ({ binding, resource: { buffer } })) });
+  }
+
+  dispatch(pipeline, group, across, down) {
+    const encoder = this.gpu.createCommandEncoder();
+    const pass = encoder.beginComputePass();
+    pass.setPipeline(pipeline);
+    pass.setBindGroup(0, group);
+    pass.dispatchWorkgroups(across, down);
+    pass.end();
+    this.gpu.queue.submit([encoder.finish()]);
+  }
+
   load(scene, level) {
     this.buffers.forEach((old) => old.destroy());
     this.buffers = [];
@@ -42,12 +58,10 @@ class ComputeGpu extends Gpu {
     this.told[2] = scene.penalty;
     this.told.set(scene.steps.slice(0, 16), 8);
     const told = this.buffer(GPUBufferUsage.UNIFORM, this.told.byteLength);
-    this.pipeline = this.gpu.createComputePipeline({ layout: "auto", compute: { module: this.module, constants: {
+    this.pipeline = this.gpu.createComputePipeline({ layout: "auto", compute: { module: this.module, entryPoint: "sweep", constants: {
       rule: scene.rule, colours: scene.sweeps_per_iteration, step_count: scene.steps.length } } });
-    const group = (...buffers) => this.gpu.createBindGroup({ layout: this.pipeline.getBindGroupLayout(0),
-      entries: buffers.map((buffer, binding) => ({ binding, resource: { buffer } })) });
-    this.newest = { buffer: from, group: group(from, seen, sure, to, told) };
-    this.next = { buffer: to, group: group(to, seen, sure, from, told) };
+    this.newest = { buffer: from, group: this.group(this.pipeline, from, seen, sure, to, told) };
+    this.next = { buffer: to, group: this.group(this.pipeline, to, seen, sure, from, told) };
     this.told_to = told;
     this.read_to = this.buffer(GPUBufferUsage.MAP_READ, this.texels.byteLength);
   }
@@ -60,29 +74,35 @@ class ComputeGpu extends Gpu {
   sweep(turn) {
     this.told.set(turn, 4);
     this.gpu.queue.writeBuffer(this.told_to, 0, this.told);
-    const encoder = this.gpu.createCommandEncoder();
-    const pass = encoder.beginComputePass();
-    pass.setPipeline(this.pipeline);
-    pass.setBindGroup(0, this.newest.group);
-    pass.dispatchWorkgroups(Math.ceil(this.level.width / 8), Math.ceil(this.level.height / 8));
-    pass.end();
-    this.gpu.queue.submit([encoder.finish()]);
+    this.dispatch(this.pipeline, this.newest.group, Math.ceil(this.level.width / 8), Math.ceil(this.level.height / 8));
     [this.newest, this.next] = [this.next, this.newest];
   }
 
   /** The first two numbers of each site are the displacement. */
-  async read() {
+  read() { return this.fetch(this.newest.buffer, this.read_to, this.texels); }
+
+  /** A number for each case of probe.inc, which are eight numbers. */
+  async evaluate(cases) {
+    const answers = new Float32Array(cases.length / 8);
+    const asked = this.buffer(GPUBufferUsage.STORAGE, cases.byteLength, cases);
+    const results = this.buffer(GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC, answers.byteLength);
+    const pipeline = this.gpu.createComputePipeline({ layout: "auto", compute: { module: this.module, entryPoint: "probe" } });
+    this.dispatch(pipeline, this.group(pipeline, asked, results), Math.ceil(answers.length / 16), 1);
+    return this.fetch(results, this.buffer(GPUBufferUsage.MAP_READ, answers.byteLength), answers);
+  }
+
+  async fetch(from, read_to, values) {
     const encoder = this.gpu.createCommandEncoder();
-    encoder.copyBufferToBuffer(this.newest.buffer, 0, this.read_to, 0, this.texels.byteLength);
+    encoder.copyBufferToBuffer(from, 0, read_to, 0, values.byteLength);
     this.gpu.queue.submit([encoder.finish()]);
     try {
-      await this.read_to.mapAsync(GPUMapMode.READ);
+      await read_to.mapAsync(GPUMapMode.READ);
     } catch (error) {
       this.error = this.error || error.message;
     }
     if (this.error) { throw new Error("WebGPU: " + this.error); }
-    this.texels.set(new Float32Array(this.read_to.getMappedRange()));
-    this.read_to.unmap();
-    return this.texels;
+    values.set(new Float32Array(read_to.getMappedRange()));
+    read_to.unmap();
+    return values;
   }
 }

@@ -84,6 +84,7 @@ class FragmentGpu extends Gpu {
   constructor(canvas, missing) {
     super();
     this.backend = "webgl-fragment";
+    this.language = "GLSL ES 3.00 fragment shader";
     const gl = missing.includes("webgl2") ? null : canvas.getContext("webgl2", { antialias: false, depth: false });
     if (!gl) { throw new Error("this browser has no WebGL 2"); }
     if (missing.includes("EXT_color_buffer_float") || !gl.getExtension("EXT_color_buffer_float")) {
@@ -155,6 +156,22 @@ class FragmentGpu extends Gpu {
     const gl = this.gl;
     gl.bindTexture(gl.TEXTURE_2D, this.read_from);
     gl.texSubImage2D(gl.TEXTURE_2D, 0, 0, 0, this.level.width, this.level.height, gl.RGBA, gl.FLOAT, this.image);
+  }
+
+  /** A number for each case of probe.inc, which are eight numbers. */
+  evaluate(cases) {
+    const gl = this.gl;
+    const count = cases.length / 8;
+    const [asked, answers] = [this.texture(2, count, cases), this.texture(1, count, null)];
+    gl.useProgram(this.program(page_data.probe));
+    gl.bindFramebuffer(gl.FRAMEBUFFER, this.framebuffer);
+    gl.framebufferTexture2D(gl.FRAMEBUFFER, gl.COLOR_ATTACHMENT0, gl.TEXTURE_2D, answers, 0);
+    gl.bindTexture(gl.TEXTURE_2D, asked);
+    gl.viewport(0, 0, 1, count);
+    gl.drawArrays(gl.TRIANGLES, 0, 3);
+    const texels = new Float32Array(4 * count);
+    gl.readPixels(0, 0, 1, count, gl.RGBA, gl.FLOAT, texels);
+    return texels.filter((_, i) => i % 4 === 0);
   }
 
   sweep(turn) {

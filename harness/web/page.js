@@ -28,6 +28,14 @@ function show_rows(rows) {
   }));
 }
 
+function show_arithmetic(rows) {
+  const words = (row) => ({ "as specified": row.as_specified, otherwise: row.otherwise, neither: "neither of the two",
+    untold: "cannot tell" }[row.answer] || row.otherwise + " in " + row.other + " of " + row.telling);
+  element("arithmetic").replaceChildren(table(rows, [
+    { key: "program", title: "Program" }, { key: "question", title: "Asked" }, { key: words, title: "Answer" },
+    { key: "telling", title: "Telling cases", format: count }]));
+}
+
 function draw(title, width, height, shade) {
   const canvas = el("canvas", { class: "picture", width, height });
   const pixels = new ImageData(width, height);
@@ -53,7 +61,7 @@ function show_fields(row) {
 }
 
 /** What `hdmbench report` reads. */
-function keep(rows, gpus) {
+function keep(rows, gpus, arithmetic) {
   const agent = navigator.userAgent.replace(/^Mozilla\/5.0 /, "");
   const results = {
     schema: 1, command: "verify",
@@ -61,7 +69,7 @@ function keep(rows, gpus) {
       ...page_data.context, machine: "browser: " + (gpus.length > 0 ? gpus[0].device : agent), cpu: "unknown to a page",
       cores: navigator.hardwareConcurrency || 0, operating_system: agent, date: new Date().toISOString().slice(0, 19) + "Z"
     },
-    results: rows.map(({ fields, exact, ...row }) => row)
+    results: rows.map(({ fields, exact, ...row }) => row), arithmetic
   };
   const text = JSON.stringify(results);
   element("results").textContent = text;
@@ -110,10 +118,12 @@ async function open_gpus(code, missing) {
 /** By name: what is replaced in all shaders, and by what. */
 const plants = {
   tie: ["best = change < lowest ?", "best = change <= lowest ?"], // the last candidate among equals
+  order: ["(a * b + c * d) + e;", "(a * b + e) + c * d;"],
   word: ["for (int i = 1;", "loop (int i = 1;"] // is not C
 };
 
 function plant(name) {
+  page_data.probe = page_data.probe.replace(...plants[name]);
   const planted = (text) => text.replace(...plants[name]);
   page_data.scenes.forEach((scene) => { scene.shader = planted(scene.shader); });
   page_data.compute.texts = planted(page_data.compute.texts);
@@ -121,11 +131,14 @@ function plant(name) {
 
 async function run() {
   const rows = [];
+  const arithmetic = [];
   let gpus = [];
   try {
     if (asked.has("plant")) { plant(asked.get("plant")); }
     const code = new Wgsl(page_data.compute.texts).translation() + page_data.compute.sweep;
     gpus = await open_gpus(code, asked.getAll("missing"));
+    for (const gpu of gpus) { arithmetic.push(...await ask(gpu, page_data.arithmetic)); }
+    show_arithmetic(arithmetic);
     const bytes = Uint8Array.from(atob(page_data.scalar), (letter) => letter.charCodeAt(0));
     const scalar = new Scalar(await WebAssembly.instantiate(await WebAssembly.compile(bytes), {}));
     const total = 2 * gpus.length * page_data.scenes.reduce((sum, scene) => sum + scene.levels.length, 0);
@@ -146,7 +159,7 @@ async function run() {
     conclude("unsure", "Nothing can be compared: " + error.message);
   }
   element("progress").value = 1;
-  keep(rows, gpus);
+  keep(rows, gpus, arithmetic);
   document.documentElement.dataset.done = "yes";
 }
 

@@ -67,3 +67,15 @@ fn site_at(at: vec2<i32>, index: i32) -> Site {
                                 Sweep(told.turn.x, told.turn.y, told.turn.z, told.turn.w), steps, step_count);
   swept[index] = vec4<f32>(next.x, next.y, image[index].z, 0.0);
 }
+
+// probe.inc. Of a case two vectors: a, b, c, d; e, operation.
+@group(0) @binding(0) var<storage, read> cases: array<vec4<f32>>;
+@group(0) @binding(1) var<storage, read_write> results: array<f32>;
+
+@compute @workgroup_size(16) fn probe(@builtin(global_invocation_id) id: vec3<u32>) {
+  if (id.x < arrayLength(&results)) {
+    let first = cases[2 * id.x];
+    let second = cases[2 * id.x + 1];
+    results[id.x] = probed(second.y, first.x, first.y, first.z, first.w, second.x);
+  }
+}
