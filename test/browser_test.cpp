@@ -71,6 +71,7 @@ TEST_F(Browser, HasScalarsBitsAfterEverySweep) {
   const std::string reported = file_text(folder() / "report.html");
   EXPECT_THAT(reported, HasSubstr("webgl-fragment"));
   EXPECT_THAT(reported, HasSubstr("webgpu-compute"));
+  EXPECT_THAT(reported, HasSubstr("GLSL ES 3.00 fragment shader")) << "the passport has no table";
 }
 
 TEST_F(Browser, RunsEveryRuleByWebGpu) {

@@ -51,8 +51,8 @@ std::string as_text(const Mesh& mesh, std::string_view space = "SPACE=LPS") {
   for (const Vector& at : mesh.vertices) {
     text += fmt::format("{} {} {}\n", at[0], at[1], at[2]);
   }
-  text += fmt::format("METADATA\nINFORMATION 0\n\nPOLYGONS {} {}\n", mesh.triangles.size(),
-                      4 * mesh.triangles.size());
+  text += fmt::format("METADATA\nINFORMATION 0\n\nLINES 1 5\n4 0 1 2 3\nPOLYGONS {} {}\n",
+                      mesh.triangles.size(), 4 * mesh.triangles.size());
   for (const auto& [a, b, c] : mesh.triangles) {
     text += fmt::format("3 {} {} {}\n", a, b, c);
   }

@@ -101,13 +101,20 @@ ResultFile read_results(const std::filesystem::path& file) {
   if (found != schema) {
     refuse(fmt::format("is of schema {}, but this program reads schema {}", found, schema));
   }
-  ResultFile result{.file = file, .command = {}, .context = {}, .results = {}, .cut = false};
+  ResultFile result;
+  result.file = file;
   read("command", result.command);
   read("context", result.context);
   read("results", result.results);
   result.cut = document.value("cut", nlohmann::json(false)) == true;
   if (!result.results.is_array()) {
     refuse("\"results\" must be an array");
+  }
+  if (document.contains("arithmetic")) {
+    read("arithmetic", result.arithmetic);
+    if (!result.arithmetic.is_array()) {
+      refuse("\"arithmetic\" must be an array");
+    }
   }
   return result;
 }

@@ -41,6 +41,8 @@ struct ResultFile {
   std::string command; ///< "verify"
   Context context;
   nlohmann::json results; ///< an array
+  /// Rows as `probe` has them, which the browser's page writes beside its results; else none.
+  nlohmann::json arithmetic = nlohmann::json::array();
   bool cut = false;
 };
 

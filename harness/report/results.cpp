@@ -100,13 +100,23 @@ Results load_results(std::span<const Path> paths) {
   Results results;
   for (const Path& file : result_files(paths)) {
     Source source{read_results(file)};
-    const auto wrong = std::ranges::find_if_not(source.results, &json::is_object);
-    if (wrong != source.results.end()) {
-      throw InputError(fmt::format("{}: results[{}] must be an object", file.string(),
-                                   std::distance(source.results.begin(), wrong)));
-    }
+    const auto require_rows = [&](std::string_view name, const json& rows) {
+      const auto wrong = std::ranges::find_if_not(rows, &json::is_object);
+      if (wrong != rows.end()) {
+        throw InputError(fmt::format("{}: {}[{}] must be an object", file.string(), name,
+                                     std::distance(rows.begin(), wrong)));
+      }
+    };
+    require_rows("results", source.results);
+    require_rows("arithmetic", source.arithmetic);
     if (source.command == "bench" && !source.results.empty() && source.results.front().contains("kernel")) {
       source.command = "bench-kernels"; // steps by themselves, which no whole solution stands beside
+    }
+    if (!source.arithmetic.empty()) {
+      Source passport = source;
+      passport.command = "probe";
+      passport.results = std::move(source.arithmetic);
+      results.push_back(std::move(passport));
     }
     results.push_back(std::move(source));
   }

@@ -186,8 +186,9 @@ Surface read_vtk(SurfaceFile& file) {
       }
     } else if ((words[0] == "VERTICES" || words[0] == "LINES" || words[0] == "POLYGONS") &&
                words.size() == 3) {
-      for (const std::vector<double>& cell : read_cells(file, words, has_offsets)) {
-        add_polygon(file, cell, surface);
+      const std::vector<std::vector<double>> cells = read_cells(file, words, has_offsets);
+      for (std::size_t i = 0; words[0] == "POLYGONS" && i < cells.size(); ++i) {
+        add_polygon(file, cells[i], surface);
       }
     } else if (words[0] == "TRIANGLE_STRIPS") {
       throw file.wrong("has strips of triangles; write it with polygons");

@@ -68,7 +68,7 @@ fn site_at(at: vec2<i32>, index: i32) -> Site {
   swept[index] = vec4<f32>(next.x, next.y, image[index].z, 0.0);
 }
 
-// probe.inc. Of a case two vectors: a, b, c, d; e, operation.
+// A case of probe.inc is two vectors: a, b, c, d; e, operation.
 @group(0) @binding(0) var<storage, read> cases: array<vec4<f32>>;
 @group(0) @binding(1) var<storage, read_write> results: array<f32>;
 
