@@ -144,6 +144,37 @@ Outcome register_iterated(const Call& call, const PictureData& data, const Backe
   return outcome;
 }
 
+/// `on`: the backend and its device.
+void print_register(const Call& call, const PictureData& data, const std::string& on, const json& row,
+                    const Warnings& warnings) {
+  fmt::print("{}, {} {} of {:.4g} mm, {} energy on {}\n\n", data.scene.title, data.scene.extent().text(),
+             data.scene.extent().axes() == 3 ? "voxels" : "pixels", data.scene.spacing,
+             row["energy"].get<std::string>(), on);
+  if (call[iterate]) {
+    fmt::print("{}\n  {}\n\n", table_text(row["iterations"], "size|difference|outliers|step:step, px"),
+               row.value("converged", true)
+                   ? "Converged: the last step moved nothing by more than its tolerance."
+                   : "Not converged: the last step still moved the tissue; look at the differences.");
+  }
+  json measures = json::array();
+  for (const auto& [key, what] : {std::pair{"mean_squares", "mean squared difference"},
+                                  {"correlation", "correlation"},
+                                  {"mutual_information", "mutual information, bits"}}) {
+    measures.push_back({{"what", what}, {"before", row["before"][key]}, {"after", row["after"][key]}});
+  }
+  fmt::print(
+      "{}{}{}\n", table_text(measures, "what:|before|after"),
+      row_text(
+          "\n  largest displacement {largest_displacement:.4g} px, {folds} folded cells, {seconds:.3g} s",
+          row),
+      call[iterate] ? "" : row_text(" ({conventional_seconds:.3g} of them ITK's)", row));
+  fmt::print("  {}: the displacement in millimetres; beside it {} pictures\n",
+             (call[option::output] / "displacement.nrrd").string(), row["pictures"].size());
+  if (!warnings.empty()) {
+    fmt::print("\n{}", warnings_text(warnings));
+  }
+}
+
 int run_register(Call& call) {
   if (call[iterate]) {
     const bool is_idle = call.schedule.energy != nullptr && !call.schedule.energy->is_of_cells();
@@ -187,31 +218,7 @@ int run_register(Call& call) {
   }
   write_files(call, data, outcome);
 
-  fmt::print("{}, {} {} of {:.4g} mm, {} energy on {} ({})\n\n", data.scene.title, data.scene.extent().text(),
-             data.scene.extent().axes() == 3 ? "voxels" : "pixels", data.scene.spacing,
-             row["energy"].get<std::string>(), backend.name(), device.name);
-  if (call[iterate]) {
-    fmt::print("{}\n  {}\n\n", table_text(row["iterations"], "size|difference|outliers|step:step, px"),
-               converged ? "Converged: the last step moved nothing by more than its tolerance."
-                         : "Not converged: the last step still moved the tissue; look at the differences.");
-  }
-  json measures = json::array();
-  for (const auto& [key, what] : {std::pair{"mean_squares", "mean squared difference"},
-                                  {"correlation", "correlation"},
-                                  {"mutual_information", "mutual information, bits"}}) {
-    measures.push_back({{"what", what}, {"before", row["before"][key]}, {"after", row["after"][key]}});
-  }
-  fmt::print(
-      "{}{}{}\n", table_text(measures, "what:|before|after"),
-      row_text(
-          "\n  largest displacement {largest_displacement:.4g} px, {folds} folded cells, {seconds:.3g} s",
-          row),
-      call[iterate] ? "" : row_text(" ({conventional_seconds:.3g} of them ITK's)", row));
-  fmt::print("  {}: the displacement in millimetres; beside it {} pictures\n",
-             (call[option::output] / "displacement.nrrd").string(), row["pictures"].size());
-  if (!warnings.empty()) {
-    fmt::print("\n{}", warnings_text(warnings));
-  }
+  print_register(call, data, fmt::format("{} ({})", backend.name(), device.name), row, warnings);
   call.write(json::array({without_nulls(row)}));
   const bool is_of_use =
       std::ranges::none_of(std::array{no_likeness, worse_than_nothing, fold_over},

@@ -208,6 +208,24 @@ std::string what_is_missing(const Call& call, const std::vector<const Backend*>&
   return {};
 }
 
+/// `shared`: the backend where ranks share it; null: in one process.
+json row_of(const Call& call, const Scene& scene, const Comparison& comparison, const RankBackend* shared) {
+  json row = verify_row(scene, comparison);
+  if (shared != nullptr) {
+    row["backend"] = shared->backends();
+    row["ranks"] = shared->ranks();
+  }
+  if (const std::string changed = changed_arithmetic(comparison.backend); !changed.empty()) {
+    row["changed_arithmetic"] = changed;
+  }
+  row["repeat"] = repeat_line(call, scene, comparison.backend);
+  if (!call[reference].empty()) {
+    row["reference"] = call[reference];
+    row["repeat"] = fmt::format("{} --reference {}", row["repeat"].get<std::string>(), call[reference]);
+  }
+  return row;
+}
+
 /// Backends and scenes, judged and printed. `backends`: the reference first. Returns an ExitStatus.
 int verify_scenes(const Call& call, const std::vector<const Backend*>& backends,
                   const std::vector<Scene>& scenes) {
@@ -235,20 +253,7 @@ int verify_scenes(const Call& call, const std::vector<const Backend*>& backends,
       if (shared != nullptr && shared->has_bits_of_scalar()) {
         excuse_nothing(comparison);
       }
-      json row = verify_row(scene, comparison);
-      if (shared != nullptr) {
-        row["backend"] = shared->backends();
-        row["ranks"] = shared->ranks();
-      }
-      if (const std::string changed = changed_arithmetic(comparison.backend); !changed.empty()) {
-        row["changed_arithmetic"] = changed;
-      }
-      row["repeat"] = repeat_line(call, scene, comparison.backend);
-      if (!call[reference].empty()) {
-        row["reference"] = call[reference];
-        row["repeat"] = fmt::format("{} --reference {}", row["repeat"].get<std::string>(), call[reference]);
-      }
-      rows.push_back(std::move(row));
+      rows.push_back(row_of(call, scene, comparison, shared));
       all.push_back(comparison);
     }
     print_scene(scene, comparisons, call);

@@ -193,6 +193,17 @@ void read_conditions(TomlReader& reader, const SceneText& file, const SceneOptio
   content.labels = {}; // before there is more
 }
 
+/// A key of volumes alone.
+void read_integration(TomlReader& reader, Scene& scene) {
+  if (scene.extent().axes() != 3) {
+    return;
+  }
+  reader.read("integration", integration_names, scene.elastic.integration);
+  if (has_laws(scene.full) && scene.elastic.integration != Integration::full) {
+    reader.fail("integration", "must be \"full\" where a tissue has a law of large strains");
+  }
+}
+
 Scene build(const toml::table& root, const SceneText& file, const SceneOptions& options) {
   TomlReader reader(root, file.file_name, "");
   Scene scene;
@@ -239,12 +250,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   full.sides = content.placement.aspect;
   scene.oblong = content.oblong;
   scene.stated = content.grid.stated;
-  if (scene.extent().axes() == 3) {
-    reader.read("integration", integration_names, scene.elastic.integration);
-    if (has_laws(full) && scene.elastic.integration != Integration::full) {
-      reader.fail("integration", "must be \"full\" where a tissue has a law of large strains");
-    }
-  }
+  read_integration(reader, scene);
   may_end_here();
   read_schedule(reader, !options.size, scene);
   read_exact(reader, options, scene);

@@ -12,6 +12,24 @@
 
 namespace hdmbench {
 
+namespace {
+
+/// `why_wrong` returns what is wrong with a value, or nothing.
+template <typename WhyWrong>
+void require(TomlReader& image, std::string_view key, const VectorField& field, const WhyWrong& why_wrong) {
+  for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
+    for (std::size_t site = 0; site < field[axis].size(); ++site) {
+      if (const char* const why = why_wrong(field[axis][site]); why != nullptr) {
+        image.fail(
+            key, fmt::format("{} (its value at {} is {})", why, field.extent.place(site), field[axis][site]));
+      }
+      require_possible_displacement(image, key, key == "deviation" ? 0.0 : double{field[axis][site]});
+    }
+  }
+}
+
+} // namespace
+
 void read_vector_images(TomlReader& image, const SceneText& file, std::optional<Extent> size,
                         const Content& content, Scene& scene) {
   bool is_physical = false;
@@ -27,18 +45,6 @@ void read_vector_images(TomlReader& image, const SceneText& file, std::optional<
     Image<VectorField> found = read_vector(vectors, options);
     require_same_grid(image, key, found.grid, content.grid);
     return std::move(found.pixels);
-  };
-  /// `why_wrong` returns what is wrong with a value, or nothing.
-  const auto require = [&](std::string_view key, const VectorField& field, const auto& why_wrong) {
-    for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
-      for (std::size_t site = 0; site < field[axis].size(); ++site) {
-        if (const char* const why = why_wrong(field[axis][site]); why != nullptr) {
-          image.fail(key, fmt::format("{} (its value at {} is {})", why, field.extent.place(site),
-                                      field[axis][site]));
-        }
-        require_possible_displacement(image, key, key == "deviation" ? 0.0 : double{field[axis][site]});
-      }
-    }
   };
   const auto is_displacement = [](float value) {
     return std::isfinite(value) ? nullptr : "must be finite; where nothing is observed the confidence is 0";
@@ -58,8 +64,8 @@ void read_vector_images(TomlReader& image, const SceneText& file, std::optional<
     FileConditions known{.target = read("target", true),
                          .confidence = read(certainty, true),
                          .at = positions_of(content.grid, content.spacing, content.placement)};
-    require("target", known.target, is_displacement);
-    require(certainty, known.confidence, [&](float value) -> const char* {
+    require(image, "target", known.target, is_displacement);
+    require(image, certainty, known.confidence, [&](float value) -> const char* {
       if (has_deviation) {
         return value >= 0.0F ? nullptr : "has a value below 0 (pixels); infinite is not observed";
       }
@@ -74,7 +80,7 @@ void read_vector_images(TomlReader& image, const SceneText& file, std::optional<
   }
   if (image.has("start")) {
     scene.start = read("start", false);
-    require("start", *scene.start, is_displacement);
+    require(image, "start", *scene.start, is_displacement);
   }
 }
 
