@@ -435,7 +435,7 @@ Scene scene_of_laws(std::uint64_t seed, int fewest, int most, std::size_t axes) 
 /// the law.
 TEST(Promise, OfLawsIsKeptBySampledImages) {
   const Promises promises = sampled(
-      first_seed, 32, {4.0, 1.0, 0.25}, [](std::uint64_t seed) { return scene_of_laws(seed, 128, 256, 2); },
+      first_seed, 96, {4.0, 1.0, 0.25}, [](std::uint64_t seed) { return scene_of_laws(seed, 128, 256, 2); },
       2e-3);
   fmt::print("{} of {} by the linear law\n", promises.linear, promises.requests);
   EXPECT_GT(promises.linear, 10);

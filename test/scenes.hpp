@@ -3,9 +3,13 @@
 #include "harness/check/verify.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/scene/sites.hpp"
+#include "kernels/data/elastic/conditions.hpp"
 #include "test/sessions.hpp"
 
+#include <algorithm>
 #include <array>
+#include <cstdint>
+#include <vector>
 
 /// Scenes that several suites take.
 namespace hdmbench::test {
@@ -42,6 +46,14 @@ inline Scene pulled_scene(Extent extent, float dx) {
     }
   });
   return scene;
+}
+
+/// One byte for each site: 1 where it is not void.
+inline std::vector<std::uint8_t> sites_of_tissue(const Level& level) {
+  std::vector<std::uint8_t> sites(level.extent.sites());
+  std::ranges::transform(level.modulus.values, sites.begin(),
+                         [least = void_modulus(level)](float modulus) { return modulus >= least ? 1 : 0; });
+  return sites;
 }
 
 /// A random problem as a scene; on one level where the texture lies on a grid, which interpolation between

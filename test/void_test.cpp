@@ -42,20 +42,8 @@ Scene scene_of(const test::TemporaryFolder& folder, const Pulled& one) {
   return load_scene(folder.write("scene.toml", text_of(one)).string());
 }
 
-/// The RMSD over the sites that are not void, pixels.
-double rmsd_of_tissue(const Level& level, const ReferenceField& a, const ReferenceField& b) {
-  double squares = 0.0;
-  std::size_t count = 0;
-  for (std::size_t at = 0; at < level.extent.sites(); ++at) {
-    if (level.modulus.values[at] >= void_modulus(level)) {
-      ++count;
-      for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
-        squares += std::pow(a[axis][at] - b[axis][at], 2.0);
-      }
-    }
-  }
-  EXPECT_LT(count, level.extent.sites()) << "nothing is void";
-  return std::sqrt(squares / static_cast<double>(count));
+double rmsd_of_tissue(const Scene& scene, const ReferenceField& a, const ReferenceField& b) {
+  return rmsd(a, b, test::sites_of_tissue(scene.full));
 }
 
 /// Elements whose void is another 2^20 times softer: what its filling holds.
@@ -74,11 +62,11 @@ TEST(Void, HoldsNothing) {
     const ElementRule rule = ElementRule::of(scene.extent(), scene.elastic);
     const ReferenceField truth = solve_finite_elements(emptier(scene.full), rule);
     const ReferenceField found(test::converged(scene.full, scene.elastic));
-    EXPECT_LT(rmsd_of_tissue(scene.full, found, truth), 1e-5);
+    EXPECT_LT(rmsd_of_tissue(scene, found, truth), 1e-5);
     // A hundredth of the tissue's modulus is much.
     const Scene soft = scene_of(folder, {.is_volume = is_volume, .of_hole = "modulus = 0.03"});
     const ReferenceField of_soft(test::converged(soft.full, soft.elastic));
-    EXPECT_GT(rmsd_of_tissue(scene.full, of_soft, truth), 1e-3);
+    EXPECT_GT(rmsd_of_tissue(scene, of_soft, truth), 1e-3);
   }
 }
 
@@ -91,8 +79,7 @@ TEST(Void, HoldsNothingUnderLoadsAndByLaws) {
                                                             : "[[load]]\ngravity = [0.0, 5000.0]\n"});
     const ReferenceField truth =
         solve_finite_elements(emptier(heavy.full), ElementRule::of(heavy.extent(), heavy.elastic));
-    EXPECT_LT(rmsd_of_tissue(heavy.full, ReferenceField(test::converged(heavy.full, heavy.elastic)), truth),
-              2e-5);
+    EXPECT_LT(rmsd_of_tissue(heavy, ReferenceField(test::converged(heavy.full, heavy.elastic)), truth), 2e-5);
 
     const Scene by_law = scene_of(folder, {.is_volume = is_volume, .more = "law = \"neo-hookean\"\n"});
     const std::vector<float>& stiffening = by_law.full.stiffening.values;
@@ -100,7 +87,7 @@ TEST(Void, HoldsNothingUnderLoadsAndByLaws) {
         emptier(by_law.full), {stiffening.begin(), stiffening.end()}, by_law.elastic.poisson, 2);
     const Solution found = test::solved(by_law, "openmp");
     EXPECT_EQ(found.failure + found.beyond_law, "");
-    EXPECT_LT(rmsd_of_tissue(by_law.full, ReferenceField(found.displacement), large), 0.01);
+    EXPECT_LT(rmsd_of_tissue(by_law, ReferenceField(found.displacement), large), 0.01);
   }
 }
 

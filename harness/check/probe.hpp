@@ -57,13 +57,13 @@ void to_json(nlohmann::json& written, const ProbeRow& row);
 /// What the program of its own answers.
 [[nodiscard]] std::vector<ProbeRow> probe_arithmetic(const ArithmeticProgram& program, std::size_t device);
 
-/// What probe_arithmetic() asks where there are two answers, for who has to ask a device elsewhere: a number
-/// of each answer for each case.
+/// A question with two answers; each has a number for each case.
 struct OperationQuestion {
   std::string question, as_specified, otherwise; ///< as ProbeRow has them
   std::vector<ArithmeticCase> cases;
   std::vector<float> specified, other;
 };
+/// Returns what probe_arithmetic() asks where there are two answers, for a device that is asked elsewhere.
 [[nodiscard]] std::vector<OperationQuestion> operation_questions();
 
 /// The answer in words.

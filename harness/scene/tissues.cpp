@@ -1,5 +1,6 @@
 #include "harness/scene/method.hpp"
 #include "harness/scene/scene_content.hpp"
+#include "harness/scene/walls.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -138,6 +139,14 @@ void fill_void(TomlReader& scene, const RegisteredEnergy& energy, Level& level) 
     scene.fail("tissue", fmt::format("of modulus 0 is void, which the {} energy does not know; give energy = "
                                      "\"elastic\"",
                                      energy.name));
+  }
+  if (has_laws(level) && !level.springs.empty()) { // then cells with a corner in void carry nothing
+    std::vector<bool> empty(moduli.size());
+    std::transform(moduli.begin(), moduli.end(), empty.begin(), is_void);
+    empty = with_bumps(empty, level);
+    for (std::size_t site = 0; site < moduli.size(); ++site) {
+      moduli[site] = empty[site] ? 0.0F : moduli[site];
+    }
   }
   const float stiffest = std::ranges::max(moduli);
   const float filling = 0.5F * void_share * stiffest;

@@ -100,8 +100,8 @@ bool is_prescribed(const Level& level, std::size_t site) {
                              [&](const std::vector<float>& component) { return component[site] >= 1.0F; });
 }
 
-/// What is solid, and sites that nothing is known of and that are in no cell without solid corners: bumps of
-/// one pixel, which no cell of tissue alone holds.
+} // namespace
+
 std::vector<bool> with_bumps(const std::vector<bool>& solid, const Level& level) {
   const Extent extent = level.extent;
   std::vector<bool> stays(solid.size());
@@ -125,8 +125,6 @@ std::vector<bool> with_bumps(const std::vector<bool>& solid, const Level& level)
   stays.flip();
   return stays;
 }
-
-} // namespace
 
 void set_wall(const std::vector<bool>& solid, const std::vector<bool>& shape,
               const std::array<double, 3>& step, Level& level) {

@@ -7,6 +7,10 @@
 
 namespace hdmbench {
 
+/// Returns which sites are `solid` or in no cell without solid corners: those are bumps of one pixel, which
+/// no cell of tissue alone holds. Sites that a condition knows stay as they are.
+[[nodiscard]] std::vector<bool> with_bumps(const std::vector<bool>& solid, const Level& level);
+
 /// Makes the outline of the sites that are `solid` a wall: they become void (modulus 0), and the sites
 /// beside them slide along it, held by springs along its normal alone (stiffness_of_walls). Those that
 /// share no cell with tissue are held where they are, so that what a wall is made of stays. `shape` is what

@@ -44,6 +44,9 @@ public:
   /// then followed. Throws InputError, too, where the level has laws that are not `strains`' own.
   ElasticSolver(const Level& full, const ElasticModel& model, ElasticSession& session,
                 Strains strains = Strains::small);
+  /// Makes the cycle of follow() with these moduli: for carry() and correct() alone, before which there is
+  /// nothing to solve. Throws InputError where no condition holds the sheet.
+  ElasticSolver(const Level& full, const ElasticModel& model, ElasticSession& session, ScalarField modulus);
   /// A sheet that is held by `springs`, at rest where pull() says; empty springs: none, so conditions must
   /// hold the sheet. It makes the hierarchy and loads it once, for any number of pull(), before which there
   /// is nothing to solve. All must outlive this object.

@@ -128,6 +128,14 @@ ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, Elast
   }
 }
 
+ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, ElasticSession& session,
+                             ScalarField modulus)
+    : session_(session), slenderness_(slenderness(full)) {
+  timed(timings_.projection, [&] { require_held(full); });
+  has_springs_ = has_springs(full);
+  follow(full, model, std::move(modulus));
+}
+
 ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, const SiteSprings& springs,
                              ElasticSession& session)
     : session_(session), slenderness_(slenderness(full)),
@@ -226,7 +234,7 @@ void ElasticSolver::follow(const Level& level, const ElasticModel& model, Scalar
   }
   body.modulus = std::move(modulus);
   load(timed(timings_.projection, [&] { return make_elastic_hierarchy(body, model); }));
-  for (std::size_t i = 0; i < work_.size(); ++i) { // what was done stays counted
+  for (std::size_t i = 0; i < before.size(); ++i) { // what was done stays counted
     work_[i].iterations += before[i].iterations;
     work_[i].residuals += before[i].residuals;
   }

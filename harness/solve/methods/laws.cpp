@@ -1,6 +1,7 @@
 #include "harness/solve/methods/laws.hpp"
 
 #include "harness/solve/methods/elastic.hpp"
+#include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/sampled_image.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
@@ -34,13 +35,11 @@ constexpr double accuracy_of_starts = 0.05;
 constexpr int steps_of_starts = 30;
 /// What has not ended by then was not seen to end.
 constexpr int most_steps = 150;
-/// So many steps after a solution has begun the cycle follows the strain for the first time, and then after
-/// twice as many and so many more. Most solutions end before.
+/// So many steps after a solution has begun with no strain the cycle follows the strain for the first time,
+/// and then after twice as many and so many more. Most solutions end before.
 constexpr int first_look = 8;
 constexpr double worth_a_set_up = 8.0; ///< cycles, of which a hierarchy takes the time of four
 constexpr int parts_of_load = 4;       ///< where the linear solution is no start
-/// More is left than cycles say where tissue slides: they move it along its walls last.
-constexpr double times_of_walls = 3.0;
 
 /// to = value + factor * direction, component by component; all may be one field.
 void advance(VectorField& to, const VectorField& value, float factor, const VectorField& direction) {
@@ -56,52 +55,88 @@ void advance(VectorField& to, const VectorField& value, float factor, const Vect
   }
 }
 
-/// What is left by the way that cycles move a field: each moves it by so much of what the one before did.
-class LeftByCycles {
-public:
-  void add(double moved) { moved_.push_back(moved); }
-  [[nodiscard]] double moved() const { return moved_.back(); }
-  [[nodiscard]] double estimate() const { return moved() / (1.0 - ratio()); }
-  /// How many more cycles lead to an estimate, if they go on like that.
-  [[nodiscard]] double cycles_to(double wanted) const {
-    return std::log(wanted / estimate()) / std::log(ratio());
+/// RMS over the sites that are not void: what void does follows from them, and no step is chosen for it.
+double root_mean_square_of_tissue(const Level& level, const VectorField& field) {
+  const float least = void_modulus(level);
+  const auto tissue = static_cast<std::size_t>(
+      std::ranges::count_if(level.modulus.values, [&](float modulus) { return modulus >= least; }));
+  if (tissue == level.extent.sites()) {
+    return root_mean_square(field);
   }
-
-private:
-  /// A single cycle says nothing of the next: it is taken for one of those that leave most.
-  [[nodiscard]] double ratio() const {
-    constexpr std::size_t over = 3;
-    constexpr double slowest = 0.97;
-    const std::size_t back = std::min(over, moved_.size() - 1);
-    const double before = moved_[moved_.size() - 1 - back];
-    return back == 0 || !(before > 0.0)
-               ? 0.7
-               : std::min(std::pow(moved() / before, 1.0 / static_cast<double>(back)), slowest);
+  std::vector<double> of_rows(static_cast<std::size_t>(level.extent.rows())); // as threads share them out
+#pragma omp parallel for if (level.extent.sites() > sites_worth_threads)
+  for (std::size_t row = 0; row < of_rows.size(); ++row) {
+    const auto width = static_cast<std::size_t>(level.extent.width);
+    for (std::size_t at = row * width; at < (row + 1) * width; ++at) {
+      for (std::size_t axis = 0; axis < level.extent.axes() && level.modulus.values[at] >= least; ++axis) {
+        of_rows[row] += double{field[axis][at]} * double{field[axis][at]};
+      }
+    }
   }
+  return std::sqrt(std::accumulate(of_rows.begin(), of_rows.end(), 0.0) / static_cast<double>(tissue));
+}
 
-  std::vector<double> moved_;
-};
+/// Returns the moduli that the cycle of the linear energy has. Where walls are, cells with a corner in void
+/// carry nothing by laws, but in that energy the mean of their corners: so a site has its modulus times the
+/// share of its cells that are whole, which makes that of all its cells about as stiff as those are.
+ScalarField modulus_of_cycle(const Level& level) {
+  ScalarField modulus = level.modulus;
+  if (level.springs.empty()) {
+    return modulus;
+  }
+  const Extent extent = level.extent;
+  const float least = void_modulus(level);
+  const int deep = extent.axes() == 3 ? 1 : 0;
+  const Extent cells{extent.width - 1, extent.height - 1, std::max(extent.depth - 1, 1)};
+  std::vector<bool> is_whole(cells.sites());
+  for_each_site(cells, [&](int x, int y, int z) {
+    bool whole = true;
+    for (int i = 0; i < 4 << deep; ++i) {
+      whole =
+          whole && level.modulus.values[extent.index(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2))] >= least;
+    }
+    is_whole[cells.index(x, y, z)] = whole;
+  });
+  for_each_site(extent, [&](int x, int y, int z) {
+    const std::size_t site = extent.index(x, y, z);
+    float whole = 0.0F;
+    float all = 0.0F;
+    for (int i = 0; i < 4 << deep; ++i) {
+      const std::array cell{x - (i & 1), y - (i >> 1 & 1), z - (i >> 2)};
+      if (cell[0] >= 0 && cell[1] >= 0 && cell[2] >= 0 && cell[0] < cells.width && cell[1] < cells.height &&
+          cell[2] < cells.depth) {
+        all += 1.0F;
+        whole += is_whole[cells.index(cell[0], cell[1], cell[2])] ? 1.0F : 0.0F;
+      }
+    }
+    if (modulus.values[site] >= least && whole > 0.0F) {
+      modulus.values[site] *= whole / all;
+    }
+  });
+  return modulus;
+}
 
 /// One image of the scene.
 class LawSolver {
 public:
-  /// `say`: of every cycle. All must outlive this object.
-  LawSolver(const Level& level, const ElasticModel& model, ElasticSession& session,
+  /// `start`: what begin() is given, null: it finds one. `say`: of every cycle. All must outlive this object.
+  LawSolver(const Level& level, const ElasticModel& model, ElasticSession& session, const VectorField* start,
             std::function<void(double left, double moved, double least)> say)
       : level_(level), model_(model), tissues_(level, model),
-        linear_(level, model, session, Strains::linearised), say_(std::move(say)),
-        displacement_(level.extent), residual_(level.extent), tried_(level.extent),
-        tried_residual_(level.extent), void_modulus_(void_modulus(level)) {
-    for (std::size_t site = 0; site < level.extent.sites(); ++site) {
-      tissue_ += is_tissue(site) ? 1 : 0;
-    }
-  }
+        linear_(start != nullptr ? ElasticSolver(level, model, session, modulus_under(*start))
+                                 : ElasticSolver(level, model, session, Strains::linearised)),
+        say_(std::move(say)), displacement_(level.extent), residual_(level.extent), tried_(level.extent),
+        tried_residual_(level.extent), void_modulus_(void_modulus(level)), slides_(!level.springs.empty()),
+        next_look_(start != nullptr ? 3 * first_look : first_look) {}
 
   /// Begins with the linear solution, or with parts of the load where that turns cells over. Returns whether
   /// it is the linear one.
   bool begin() {
     linear_.full_multigrid();
     displacement_ = linear_.displacement();
+    if (slides_) {
+      linear_.follow(level_, model_, modulus_of_cycle(level_));
+    }
     find_residual();
     if (least_.share >= least_of_linear) {
       return true;
@@ -124,13 +159,13 @@ public:
   /// Steps until what is left is within `accuracy`, pixels, at most so many.
   void iterate(double accuracy, int most) {
     why_ = fmt::format("{} steps did not come to an end", most);
-    LeftByCycles left;
+    LeftByCycles left(slides_);
     VectorField correction(level_.extent);
     VectorField direction(level_.extent);
     double product_before = 0.0; // 0: the next step begins anew
     double factor = 1.0;
     int stuck = 0;
-    int next_look = first_look;
+    int next_look = next_look_;
     const double rounding = largest_component(displacement_) * std::numeric_limits<float>::epsilon();
     for (int step = 0; step <= most; ++step) {
       if (step == next_look) {
@@ -140,8 +175,8 @@ public:
         next_look = 2 * step + first_look;
       }
       linear_.correct(residual_, correction);
-      left.add(moved_by(correction));
-      left_ = (level_.springs.empty() ? 1.0 : times_of_walls) * left.estimate();
+      left.add(root_mean_square_of_tissue(level_, correction));
+      left_ = left.estimate();
       say_(left_, left.moved(), least_.share);
       const bool at_rest = left.moved() <= 0.5 * rounding; // what cycles find beyond is noise
       if (left_ < 0.5 * accuracy || at_rest) { // nobody has looked at what the correction does to cells
@@ -162,6 +197,7 @@ public:
       }
       factor = std::clamp(factor, 0.05, 2.0);
       const bool went = search(direction, factor);
+      left.add_step(went ? factor : 0.0, product, share == 0.0);
       product_before = went ? product : 0.0;
       factor = went ? factor : 1.0;
       stuck = went ? 0 : stuck + 1;
@@ -192,10 +228,16 @@ private:
     const std::size_t sites = level_.extent.sites();
     for (std::size_t axis = 0; axis < level_.extent.axes(); ++axis) {
       const std::vector<float>& confidence = level_.confidence[axis];
+      const float* const springs =
+          slides_ ? level_.springs[symmetric_entry(level_.extent.axes(), axis, axis)].data() : nullptr;
 #pragma omp parallel for if (sites > sites_worth_threads)
       for (std::size_t at = 0; at < sites; ++at) {
+        if (slides_ && level_.modulus.values[at] < void_modulus_) {
+          residual[axis][at] = 0.0F; // no cell carries there: steps that looked for its balance would not end
+          continue;
+        }
         if (confidence[at] >= 1.0F ||
-            !(confidence[at] > 0.0F || has_forces(level_) || !level_.springs.empty())) {
+            !(confidence[at] > 0.0F || has_forces(level_) || (slides_ && springs[at] > 0.0F))) {
           continue;
         }
         double pull = has_forces(level_) ? load_ * double{level_.force[axis][at]} : 0.0;
@@ -207,32 +249,16 @@ private:
     }
     return least;
   }
-  /// RMS over the sites of tissue: what void does follows from them, and no step is chosen for it.
-  [[nodiscard]] double moved_by(const VectorField& correction) const {
-    if (tissue_ == level_.extent.sites()) {
-      return root_mean_square(correction);
-    }
-    std::vector<double> of_rows(static_cast<std::size_t>(level_.extent.rows()));
-#pragma omp parallel for if (level_.extent.sites() > sites_worth_threads)
-    for (std::size_t row = 0; row < of_rows.size(); ++row) {
-      const auto width = static_cast<std::size_t>(level_.extent.width);
-      for (std::size_t at = row * width; at < (row + 1) * width; ++at) {
-        for (std::size_t axis = 0; axis < level_.extent.axes() && is_tissue(at); ++axis) {
-          of_rows[row] += double{correction[axis][at]} * double{correction[axis][at]};
-        }
-      }
-    }
-    return std::sqrt(std::accumulate(of_rows.begin(), of_rows.end(), 0.0) / static_cast<double>(tissue_));
-  }
-  [[nodiscard]] bool is_tissue(std::size_t site) const {
-    return level_.modulus.values[site] >= void_modulus_;
+  /// Returns the moduli of a cycle for the stiffness that the tissues have under a displacement.
+  [[nodiscard]] ScalarField modulus_under(const VectorField& displacement) const {
+    ScalarField modulus = modulus_of_cycle(level_);
+    std::ranges::transform(modulus.values, tissues_.stiffness_ratio(displacement).values,
+                           modulus.values.begin(), std::multiplies<>());
+    return modulus;
   }
   /// Makes the cycle one for the stiffness that the tissues have where they are.
   void follow_strain() {
-    ScalarField modulus = tissues_.stiffness_ratio(displacement_);
-    std::ranges::transform(modulus.values, level_.modulus.values, modulus.values.begin(),
-                           std::multiplies<>());
-    linear_.follow(level_, model_, std::move(modulus));
+    linear_.follow(level_, model_, modulus_under(displacement_));
   }
   void find_residual() {
     least_ = residual_of(displacement_, residual_);
@@ -311,7 +337,8 @@ private:
   VectorField tried_; ///< a displacement that search() looks at
   VectorField tried_residual_;
   float void_modulus_;
-  std::size_t tissue_ = 0; ///< sites that are not void
+  bool slides_;   ///< along walls
+  int next_look_; ///< the step before which the cycle follows the strain, in iterate()
   LeastVolume least_{};
   double load_ = 1.0; ///< the part of targets and loads that acts
   double left_ = unknown;
@@ -361,13 +388,14 @@ public:
       start = in_other_pixels(prolongate(coarse, level.extent, sampled_alignment), half->pixel, 1.0);
     }
     bool of_linear = false; // the next cycle
-    LawSolver solver(level, model_, session_, [&](double left, double moved, double least) {
-      say_({.extent = level.extent,
-            .error = pixel * left,
-            .moved = pixel * moved,
-            .of_linear = std::exchange(of_linear, false),
-            .smallest = least});
-    });
+    LawSolver solver(level, model_, session_, start ? &*start : nullptr,
+                     [&](double left, double moved, double least) {
+                       say_({.extent = level.extent,
+                             .error = pixel * left,
+                             .moved = pixel * moved,
+                             .of_linear = std::exchange(of_linear, false),
+                             .smallest = least});
+                     });
     if (start) {
       solver.begin(*std::exchange(start, std::nullopt));
     } else {
@@ -417,7 +445,7 @@ LinearDistance distance_of_linear(const Level& level, const ElasticModel& model,
   const LeastVolume least = LawForces(level, model)(solution, residual);
   VectorField correction;
   linear.correct(residual, correction);
-  return {.pixels = root_mean_square(correction), .smallest = least.share};
+  return {.pixels = root_mean_square_of_tissue(level, correction), .smallest = least.share};
 }
 
 VectorField in_other_pixels(VectorField displacement, double from, double to) {

@@ -174,4 +174,52 @@ private:
   double share_ = 0.0; ///< of a cycle's way in that of the one before; 0: not known yet
 };
 
+/// The same of steps by laws of large strains, by the way that cycles would move the field: each moves it by
+/// so much of what the one before did. Where tissue slides they move it along its walls last, which that
+/// series hardly shows: there the smallest eigenvalue that conjugate gradients have met says more, as far as
+/// laws that are not linear let it.
+class LeftByCycles {
+public:
+  explicit LeftByCycles(bool slides) : slides_(slides) {}
+
+  /// The RMS that a cycle would move the field by.
+  void add(double moved) { moved_.push_back(moved); }
+  /// The step along it, as SmallestEigenvalue has it; `anew`: its direction is no other step's.
+  void add_step(double factor, double product, bool anew) {
+    if (anew) {
+      steps_ = {};
+    }
+    steps_.add(factor, product);
+    smallest_ = std::min(smallest_, steps_.value());
+  }
+  [[nodiscard]] double moved() const { return moved_.back(); }
+  [[nodiscard]] double estimate() const {
+    constexpr std::size_t few = 8; // steps: they may not have met it
+    const double series = moved() / (1.0 - ratio());
+    const double least = moved_.size() <= few ? 5.0 : 2.0;
+    return slides_ ? std::clamp(moved() / smallest_, least * series, 10.0 * series) : series;
+  }
+  /// How many more cycles lead to an estimate, if they go on like that.
+  [[nodiscard]] double cycles_to(double wanted) const {
+    return std::log(wanted / estimate()) / std::log(ratio());
+  }
+
+private:
+  /// A single cycle says nothing of the next: it is taken for one of those that leave most.
+  [[nodiscard]] double ratio() const {
+    constexpr std::size_t over = 3;
+    constexpr double slowest = 0.97;
+    const std::size_t back = std::min(over, moved_.size() - 1);
+    const double before = moved_[moved_.size() - 1 - back];
+    return back == 0 || !(before > 0.0)
+               ? 0.7
+               : std::min(std::pow(moved() / before, 1.0 / static_cast<double>(back)), slowest);
+  }
+
+  bool slides_;
+  std::vector<double> moved_;
+  SmallestEigenvalue steps_;
+  double smallest_ = 1.0;
+};
+
 } // namespace hdmbench
