@@ -75,7 +75,7 @@ TEST_F(Points, ThatCannotBeMeantAreRefused) {
   expect_refusal([&] { (void)read_point_pairs(one, write("no.json", "{}")); }, "is no file of points");
   expect_refusal([&] { (void)read_point_pairs(one); }, "has points at one time");
   expect_refusal([&] { (void)read_point_pairs("one.vtk"); }, "has points at one time");
-  expect_refusal([&] { (void)read_point_pairs("one.ply", "two.ply"); }, "or both on surfaces");
+  expect_refusal([&] { (void)read_point_pairs("one.off", "two.off"); }, "or both on surfaces");
   expect_refusal([&] { (void)load("", {.points = {one, one, one}}); }, "these are 3");
   (void)write("far.txt", "0 0 0 1 0 0\n");
   expect_refusal([&] { (void)load("[[points]]\nfile = \"far.txt\"\n"); }, "is beside the scene");

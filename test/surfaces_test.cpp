@@ -93,6 +93,36 @@ std::string as_binary_vtk(const Mesh& mesh) {
   return text + "\n";
 }
 
+/// PLY with what other programs write beside vertices and faces.
+std::string as_ply(const Mesh& mesh, std::string_view format) {
+  std::string text = fmt::format("ply\nformat {} 1.0\ncomment SPACE=LPS\nelement vertex {}\n"
+                                 "property double x\nproperty float quality\nproperty double y\n"
+                                 "property double z\nelement face {}\nproperty uchar red\n"
+                                 "property list uchar int vertex_indices\nend_header\n",
+                                 format, mesh.vertices.size(), mesh.triangles.size());
+  const auto put = [&](auto number) {
+    if (format == "ascii") {
+      text += fmt::format("{} ", number);
+    } else {
+      text += bytes_of(number, format == "binary_big_endian" ? std::endian::big : std::endian::little);
+    }
+  };
+  for (const Vector& at : mesh.vertices) {
+    put(at[0]);
+    put(0.5F);
+    put(at[1]);
+    put(at[2]);
+  }
+  for (const auto& corners : mesh.triangles) {
+    put(std::uint8_t{255});
+    put(std::uint8_t{3});
+    for (const int corner : corners) {
+      put(corner);
+    }
+  }
+  return text;
+}
+
 std::string as_obj(const Mesh& mesh) {
   std::string text = "# SPACE=LPS\n";
   for (const Vector& at : mesh.vertices) {
@@ -239,6 +269,9 @@ TEST_F(Surfaces, OfAllFormatsAreTheSame) {
     }
   };
   expect_same(".vtk", as_binary_vtk(mesh), as_binary_vtk(moved(mesh)));
+  for (const char* const format : {"ascii", "binary_little_endian", "binary_big_endian"}) {
+    expect_same(".ply", as_ply(mesh, format), as_ply(moved(mesh), format));
+  }
   expect_same(".obj", as_obj(mesh), as_obj(moved(mesh)));
   expect_same(".stl", as_stl(mesh), as_stl(moved(mesh)));
   const auto turned = read_surface_pairs(write("r.vtk", as_text(mesh, "")), path("r.vtk"), "RAS");
@@ -268,6 +301,16 @@ TEST_F(Surfaces, ThatCannotBeMeantAreRefused) {
   refuse("a.vtk", as_text(mesh, ""), "does not say where it lies");
   refuse("a.vtk", as_text(mesh), "says that it is in LPS, and not in RAS", "RAS");
   refuse("a.vtk", "solid SPACE=LPS\n", "is no PolyData");
+  refuse("a.ply", "plx SPACE=LPS\n", "is no PLY file");
+  refuse("a.ply", "ply\ncomment SPACE=LPS\nelement vertex 3\n", "a header that does not end");
+  refuse("a.ply", "ply\ncomment SPACE=LPS\nelement vertex 3\nproperty\n", "a header that does not end");
+  refuse("a.ply", "ply\nformat xml 1.0\ncomment SPACE=LPS\n", "\"xml\" is no format");
+  std::string ply = as_ply(mesh, "ascii");
+  refuse("a.ply", ply.substr(0, ply.size() - 20), "is no number");
+  ply = as_ply(mesh, "binary_little_endian");
+  refuse("a.ply", ply.substr(0, ply.size() - 20), "ends before its numbers do");
+  ply.replace(ply.find("list uchar int"), 14, "list uchar big");
+  refuse("a.ply", ply, "\"big\" is no type");
   refuse("a.obj", "# SPACE=LPS\nv 1 2 x\n", "\"x\" is no number");
   refuse("a.stl", "solid SPACE=LPS\n", "has no vertices");
   const std::string binary = as_binary_vtk(mesh);

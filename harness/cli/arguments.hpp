@@ -59,12 +59,12 @@ inline const Option<std::string>
         "Law of all tissues whose [[tissue]] states none: linear, or neo-hookean, which holds for large "
         "strains, with the elastic energy",
         {}, CLI::IsMember({"linear", "neo-hookean"}));
-inline const Option<std::vector<std::filesystem::path>>
-    points("--points,--landmarks",
-           "Points that have moved: a file of 3D Slicer's of before and one of after (.fcsv, .mrk.json), "
-           "or one with lines of x y z dx dy dz (mm, LPS); or a surface before and after (.vtk, .obj, .stl) "
-           "with SPACE=LPS or RAS in its header",
-           Content::points);
+inline const Option<std::vector<std::filesystem::path>> points(
+    "--points,--landmarks",
+    "Points that have moved: a file of 3D Slicer's of before and one of after (.fcsv, .mrk.json), "
+    "or one with lines of x y z dx dy dz (mm, LPS); or a surface before and after (.vtk, .ply, .obj, .stl) "
+    "with SPACE=LPS or RAS in its header",
+    Content::points);
 inline const Option<std::string> backend("--backend", "Backend that computes", "openmp");
 inline const Option<std::vector<std::string>>
     backends("--backends", "Backends with commas (none: all; one that is named must be there)");

@@ -138,10 +138,11 @@ std::vector<NamedPoint> read_points(const fs::path& file) {
   } else if (name.ends_with(".json")) {
     points = read_markups(file);
   } else {
-    throw InputError(fmt::format(
-        "{}: points before and after are in files of 3D Slicer's, .fcsv or .mrk.json, "
-        "or both on surfaces, .vtk, .obj or .stl; one file with lines of x y z dx dy dz needs no second one",
-        file.string()));
+    throw InputError(
+        fmt::format("{}: points before and after are in files of 3D Slicer's, .fcsv or .mrk.json, "
+                    "or both on surfaces, .vtk, .ply, .obj or .stl; one file with lines of x y z dx dy dz "
+                    "needs no second one",
+                    file.string()));
   }
   if (points.empty()) {
     throw InputError(fmt::format("{}: has no points", file.string()));

@@ -62,7 +62,7 @@ public:
     return value;
   }
 
-  /// The next number, of a type as VTK names it where it is binary.
+  /// The next number, of a type as VTK and PLY name it where it is binary.
   double number(std::string_view type) {
     if (coding == Coding::text) {
       const std::string_view blanks = " \t\r\n";
@@ -70,9 +70,17 @@ public:
       const std::size_t end = std::min(bytes_.find_first_of(blanks, at_), bytes_.size());
       return parsed(bytes_.substr(std::exchange(at_, end), end - at_));
     }
-    return type == "float"    ? binary<float>()
-           : type == "double" ? binary<double>()
-           : type == "int"    ? binary<std::int32_t>()
+    const auto is = [&](std::string_view one, std::string_view other) {
+      return type == one || type == other;
+    };
+    return is("float", "float32")    ? binary<float>()
+           : is("double", "float64") ? binary<double>()
+           : is("int", "int32")      ? binary<std::int32_t>()
+           : is("uint", "uint32")    ? binary<std::uint32_t>()
+           : is("short", "int16")    ? binary<std::int16_t>()
+           : is("ushort", "uint16")  ? binary<std::uint16_t>()
+           : is("char", "int8")      ? binary<std::int8_t>()
+           : is("uchar", "uint8")    ? binary<std::uint8_t>()
            : type == "vtktypeint64"
                ? binary<std::int64_t>()
                : throw wrong(fmt::format("\"{}\" is no type of numbers that is read", type));
@@ -199,6 +207,71 @@ Surface read_vtk(SurfaceFile& file) {
   return surface;
 }
 
+/// What a PLY file has many of, and the words of the lines that say what one has.
+struct PlyElement {
+  std::string name;
+  double count = 0.0;
+  std::vector<Words> properties;
+};
+
+std::vector<PlyElement> read_ply_header(SurfaceFile& file) {
+  if (file.words() != Words{"ply"}) {
+    throw file.wrong("is no PLY file");
+  }
+  std::vector<PlyElement> elements;
+  Coding coding = Coding::text;
+  for (Words words = file.words(); words != Words{"end_header"}; words = file.words()) {
+    const std::string_view key = words.empty() ? "" : std::string_view(words[0]);
+    if (key == "format" && words.size() == 3) {
+      coding = words[1] == "ascii"                  ? Coding::text
+               : words[1] == "binary_little_endian" ? Coding::little_endian
+               : words[1] == "binary_big_endian"
+                   ? Coding::big_endian
+                   : throw file.wrong(fmt::format("\"{}\" is no format of PLY files", words[1]));
+    } else if (key == "element" && words.size() == 3) {
+      elements.push_back({.name = words[1], .count = file.parsed(words[2]), .properties = {}});
+    } else if (key == "property" && words.size() >= 3 && !elements.empty() &&
+               words.size() == (words[1] == "list" ? 5U : 3U)) {
+      elements.back().properties.push_back(words);
+    } else if (key != "comment" && key != "obj_info") {
+      throw file.wrong("has a header that does not end, or is not understood");
+    }
+  }
+  file.coding = coding;
+  return elements;
+}
+
+Surface read_ply(SurfaceFile& file) {
+  Surface surface;
+  for (const PlyElement& element : read_ply_header(file)) {
+    for (double left = element.count; left > 0.0; --left) {
+      Placement::Vector place{};
+      for (const Words& property : element.properties) {
+        const std::string& name = property.back();
+        if (property[1] == "list") {
+          std::vector<double> values;
+          for (double more = file.number(property[2]); more > 0.0; --more) {
+            values.push_back(file.number(property[3]));
+          }
+          if (element.name == "face" && name.starts_with("vertex_ind")) { // -ices, or -ex
+            add_polygon(file, values, surface);
+          }
+        } else {
+          const double value = file.number(property[1]);
+          const std::size_t axis = std::string_view("xyz").find(name);
+          if (name.size() == 1 && axis < place.size()) {
+            place[axis] = value;
+          }
+        }
+      }
+      if (element.name == "vertex") {
+        surface.vertices.push_back(place);
+      }
+    }
+  }
+  return surface;
+}
+
 Surface read_obj(SurfaceFile& file) {
   Surface surface;
   while (!file.is_at_end()) {
@@ -245,8 +318,8 @@ Surface read_stl(SurfaceFile& file) {
   return surface;
 }
 
-constexpr std::array<std::pair<std::string_view, Surface (*)(SurfaceFile&)>, 3> formats{
-    {{".vtk", read_vtk}, {".obj", read_obj}, {".stl", read_stl}}};
+constexpr std::array<std::pair<std::string_view, Surface (*)(SurfaceFile&)>, 4> formats{
+    {{".vtk", read_vtk}, {".ply", read_ply}, {".obj", read_obj}, {".stl", read_stl}}};
 
 const auto* format_of(const fs::path& file) {
   const std::string end = file.extension();
