@@ -223,6 +223,31 @@ TEST(Folding, OfAVolumeIsTheDeterminantOfThree) {
   EXPECT_GT(sites_of(diagnose_field(scene, field), "fold-over"), 0U);
 }
 
+/// The energy of neo-Hookean tissue with Poisson's ratio 0 has its inflection at 2.7 times the volume.
+TEST(AfterTheRun, LawsGiveWayWhereTheyAreDilated) {
+  const auto sites = [](double times, double poisson, float stiffening, Extent extent) {
+    Scene scene = plain_scene(extent);
+    scene.energy = &find_energy("elastic");
+    scene.elastic.poisson = poisson;
+    scene.full.stiffening = ScalarField(extent, stiffening);
+    VectorField field(extent);
+    const double strain = std::cbrt(times) - 1.0;
+    for_each_site(extent, [&](int x, int y, int z) {
+      const std::array place{x, y, z};
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        field[axis][extent.index(x, y, z)] = static_cast<float>(strain * place[axis]);
+      }
+    });
+    return sites_of(diagnose_field(scene, field), "dilated");
+  };
+  EXPECT_EQ(sites(2.6, 0.0, 0.0F, {5, 4, 6}), 4U * 3U * 5U);
+  EXPECT_EQ(sites(2.6, 0.04, 3.0F, {5, 4, 6}), 4U * 3U * 5U);
+  EXPECT_EQ(sites(2.4, 0.0, 0.0F, {5, 4, 6}), 0U);
+  EXPECT_EQ(sites(2.6, 0.05, 0.0F, {5, 4, 6}), 0U);
+  EXPECT_EQ(sites(2.6, 0.0, -1.0F, {5, 4, 6}), 0U) << "Hooke's law";
+  EXPECT_EQ(sites(2.6, 0.0, 0.0F, {5, 4}), 0U) << "a membrane";
+}
+
 TEST(AfterTheRun, TheFixedPointIsWithoutWarnings) {
   for (const Extent extent : {Extent{33, 33}, {13, 12, 11}}) {
     Scene scene = pulled_scene(extent, 8.0F);

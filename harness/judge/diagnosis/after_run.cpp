@@ -97,25 +97,55 @@ double estimated_distance(const Scene& scene, const VectorField& missing) {
   return square > 0.0 ? std::min(estimate, std::sqrt(square)) : estimate;
 }
 
+/// Leaves cells out that have a corner for which `is_left_out(site)` is true.
+template <typename IsLeftOut>
+void leave_out(const Level& body, ScalarField& ratios, const IsLeftOut& is_left_out) {
+  for_each_site(ratios.extent, [&](int x, int y, int z) {
+    bool is_out = false;
+    for (int corner = 0; corner < (body.extent.axes() == 3 ? 8 : 4); ++corner) {
+      is_out = is_out ||
+               is_left_out(body.extent.index(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)));
+    }
+    if (is_out) {
+      ratios.values[ratios.extent.index(x, y, z)] = 1.0F;
+    }
+  });
+}
+
 /// Cells with a corner in void are nobody's, whatever becomes of them.
 void leave_void_out(const Level& body, ScalarField& ratios) {
   const float least = void_modulus(body);
   const auto is_void = [&](float modulus) { return modulus < least; };
-  if (std::ranges::none_of(body.modulus.values, is_void)) {
+  if (std::ranges::any_of(body.modulus.values, is_void)) {
+    leave_out(body, ratios, [&](std::size_t site) { return is_void(body.modulus.values[site]); });
+  }
+}
+
+/// Laws of large strains have less and less against being dilated where Poisson's ratio is near 0: a volume
+/// gives way from 2.7 times its size on at 0, from 3 times at .01, and nowhere from .05 on
+/// (kernels/specification/laws).
+void check_dilation(const Scene& scene, const VectorField& steps, Warnings& warnings) {
+  constexpr double safe_poisson = 0.05;
+  constexpr float most = 2.5F;
+  const Level& body = scene.full;
+  if (!has_laws(body) || body.extent.axes() == 2 || scene.elastic.poisson >= safe_poisson) {
     return;
   }
-  for_each_site(ratios.extent, [&](int x, int y, int z) {
-    bool has_void = false;
-    for (int corner = 0; corner < (body.extent.axes() == 3 ? 8 : 4); ++corner) {
-      has_void =
-          has_void ||
-          is_void(body.modulus
-                      .values[body.extent.index(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2))]);
-    }
-    if (has_void) {
-      ratios.values[ratios.extent.index(x, y, z)] = 1.0F;
-    }
+  ScalarField ratios = least_area_ratios(steps);
+  const float least = void_modulus(body);
+  leave_out(body, ratios, [&](std::size_t site) { // void has the linear law, too
+    return body.modulus.values[site] < least || body.stiffening.values[site] < 0.0F;
   });
+  Seen dilated;
+  for (std::size_t cell = 0; cell < ratios.values.size(); ++cell) {
+    if (ratios.values[cell] > most) {
+      dilated.add(ratios.values[cell], cell);
+    }
+  }
+  if (dilated.count > 0) {
+    warn(warnings, "dilated", dilated.count, "poisson"_a = scene.elastic.poisson, "most"_a = dilated.most,
+         "place"_a = ratios.extent.place(dilated.worst));
+  }
 }
 
 } // namespace
@@ -205,6 +235,7 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
     const std::optional<VectorField> steps = in_steps(field, scene.full.sides);
     std::ranges::move(diagnose(steps ? *steps : field, scene.energy->is_of_cells() ? &scene.full : nullptr),
                       std::back_inserter(warnings));
+    check_dilation(scene, steps ? *steps : field, warnings);
   };
   if (wild > 0) {
     warn(warnings, scene.energy->is_of_cells() ? "not-finite/elastic" : "not-finite", wild);
