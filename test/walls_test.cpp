@@ -276,6 +276,31 @@ TEST(Walls, TissueOfLargeStrainsSlidesAsNewtonsMethodSays) {
   }
 }
 
+/// What is in no cell of tissue alone carries nothing by laws, and has no balance that Newton's method could
+/// find.
+TEST(Walls, TissueOnePixelThinBesideAWallIsVoidByLaws) {
+  const auto thin_is_void = [](const std::string& law) {
+    const Scene scene = scene_of("[41, 33]",
+                                 "[[tissue]]\nlabel = 9\nmodulus = 0.0\ngray = 5\n"
+                                 "[[shape]]\nkind = \"everything\"\nlabel = 1\n"
+                                 "[[shape]]\nkind = \"rectangle\"\nlabel = 2\ncentre = [0.5, 0.0]\n"
+                                 "size = [2.0, 0.5]\n"
+                                 "[[shape]]\nkind = \"rectangle\"\nlabel = 9\ncentre = [0.5, 0.34375]\n"
+                                 "size = [0.3, 0.0625]\n"
+                                 "[[condition]]\nwhere = \"left\"\ndx = -1.0\n"
+                                 "[[condition]]\nwhere = \"bottom\"\ndy = 0.0\n"
+                                 "[[condition]]\nwhere = \"labels\"\nlabels = [2]\nslide = true\n",
+                                 {.law = law});
+    const Level& level = scene.full;
+    EXPECT_LT(level.modulus.values[level.extent.index(20, 11)], void_modulus(level)) << "the cavity";
+    EXPECT_GE(level.modulus.values[level.extent.index(20, 14)], void_modulus(level)) << "below it";
+    EXPECT_GE(level.modulus.values[level.extent.index(5, 9)], void_modulus(level)) << "beside it";
+    return level.modulus.values[level.extent.index(20, 9)] < void_modulus(level);
+  };
+  EXPECT_TRUE(thin_is_void("neo-hookean"));
+  EXPECT_FALSE(thin_is_void("linear"));
+}
+
 /// A body with furrows whose surface sinks through an opening of its wall. Cells that are half void turned
 /// over, and holes in the walls of coarser images let it out, so that there was no end.
 TEST(Walls, TissueOfLargeStrainsSinksThroughAnOpening) {
