@@ -305,6 +305,7 @@ TEST_F(Surfaces, ThatCannotBeMeantAreRefused) {
   refuse("a.ply", "ply\ncomment SPACE=LPS\nelement vertex 3\n", "a header that does not end");
   refuse("a.ply", "ply\ncomment SPACE=LPS\nelement vertex 3\nproperty\n", "a header that does not end");
   refuse("a.ply", "ply\nformat xml 1.0\ncomment SPACE=LPS\n", "\"xml\" is no format");
+  refuse("a.ply", "ply\ncomment SPACE=LPS\nelement vertex 1e18\nend_header\n", "vertex has no property");
   std::string ply = as_ply(mesh, "ascii");
   refuse("a.ply", ply.substr(0, ply.size() - 20), "is no number");
   ply = as_ply(mesh, "binary_little_endian");

@@ -237,6 +237,11 @@ std::vector<PlyElement> read_ply_header(SurfaceFile& file) {
       throw file.wrong("has a header that does not end, or is not understood");
     }
   }
+  for (const PlyElement& element : elements) {
+    if (element.properties.empty()) { // its many would be read from nothing, for ever
+      throw file.wrong(fmt::format("its element {} has no property", element.name));
+    }
+  }
   file.coding = coding;
   return elements;
 }
