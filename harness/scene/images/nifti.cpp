@@ -4,6 +4,7 @@
 #include <zlib.h>
 
 #include <cstring>
+#include <fstream>
 #include <functional>
 #include <memory>
 #include <numeric>
@@ -259,38 +260,39 @@ Pixels read_nifti(const std::filesystem::path& file) {
   return pixels;
 }
 
-void mark_as_displacement(const std::filesystem::path& file) {
-  std::vector<char> bytes;
-  {
-    const Stream whole(gzopen(file.c_str(), "rb"), &gzclose);
-    std::array<char, 1U << 16U> block{};
-    for (int got = 1; whole != nullptr && (got = gzread(whole.get(), block.data(), block.size())) > 0;) {
-      bytes.insert(bytes.end(), block.begin(), block.begin() + got);
+void write_as_displacement(const std::filesystem::path& plain, const std::filesystem::path& file) {
+  std::ifstream from(plain, std::ios::binary);
+  // Runs of the same byte (R) are all that zlib finds in floats, and it finds them in a quarter of the time.
+  Stream to(gzopen(file.c_str(), "wbR"), &gzclose);
+  const std::uintmax_t size = std::filesystem::file_size(plain);
+  std::uintmax_t begin = 0; // of the components along x and y, which the file has before those along z
+  std::uintmax_t end = 0;
+  std::vector<char> block(std::size_t{1} << 20U);
+  for (std::uintmax_t at = 0; at < size; at += block.size()) {
+    block.resize(static_cast<std::size_t>(std::min<std::uintmax_t>(block.size(), size - at)));
+    from.read(block.data(), std::ssize(block));
+    if (nifti_1_header header{}; at == 0 && block.size() >= sizeof header) { // written here, in this order
+      std::memcpy(&header, block.data(), sizeof header);
+      header.intent_code = NIFTI_INTENT_DISPVECT;
+      std::memcpy(block.data(), &header, sizeof header);
+      begin = static_cast<std::uintmax_t>(header.vox_offset);
+      end = begin + (size - begin) / 3 * 2;
+    }
+    for (std::size_t i = 0; i + sizeof(float) <= block.size(); i += sizeof(float)) {
+      if (at + i >= begin && at + i < end) {
+        float value = 0.0F;
+        std::memcpy(&value, block.data() + i, sizeof value);
+        value = 0.0F - value;
+        std::memcpy(block.data() + i, &value, sizeof value);
+      }
+    }
+    const auto count = static_cast<unsigned>(block.size());
+    if (!from || to == nullptr || gzwrite(to.get(), block.data(), count) != static_cast<int>(count)) {
+      throw unwritable(file, !from ? "it cannot be read again" : "the disk is full");
     }
   }
-  nifti_1_header header{}; // in this machine's order: it was written here
-  if (bytes.size() < sizeof header) {
-    throw unwritable(file, "it cannot be read again");
-  }
-  std::memcpy(&header, bytes.data(), sizeof header);
-  header.intent_code = NIFTI_INTENT_DISPVECT;
-  std::memcpy(bytes.data(), &header, sizeof header);
-  const auto first = static_cast<std::size_t>(header.vox_offset);
-  const std::size_t in_plane = (bytes.size() - first) / 3 * 2;
-  for (std::size_t at = first; at + sizeof(float) <= first + in_plane; at += sizeof(float)) {
-    float value = 0.0F;
-    std::memcpy(&value, bytes.data() + at, sizeof value);
-    value = 0.0F - value;
-    std::memcpy(bytes.data() + at, &value, sizeof value);
-  }
-  const Stream again(gzopen(file.c_str(), "wb"), &gzclose);
-  for (std::size_t at = 0; at < bytes.size();) {
-    constexpr std::size_t most = std::size_t{1} << 30U;
-    const auto count = static_cast<unsigned>(std::min(most, bytes.size() - at));
-    if (again == nullptr || gzwrite(again.get(), bytes.data() + at, count) != static_cast<int>(count)) {
-      throw unwritable(file, "the disk is full");
-    }
-    at += count;
+  if (gzclose(to.release()) != Z_OK) {
+    throw unwritable(file, "the disk is full");
   }
 }
 

@@ -311,6 +311,24 @@ Pixels read_pixels_here(const std::filesystem::path& file) {
   }
 }
 
+namespace {
+
+/// What is written before a .nii.gz beside it: the same, not compressed.
+struct Plain {
+  explicit Plain(const std::filesystem::path& compressed)
+      : file(compressed.parent_path() / compressed.stem()) {}
+  Plain(const Plain&) = delete;
+  Plain& operator=(const Plain&) = delete;
+  ~Plain() {
+    std::error_code ignored;
+    std::filesystem::remove(file, ignored);
+  }
+
+  std::filesystem::path file;
+};
+
+} // namespace
+
 void write_pixels(const std::filesystem::path& file, const Geometry& geometry, const Values& values,
                   const Keys& keys) {
   const bool is_picture = std::holds_alternative<std::vector<unsigned char>>(values);
@@ -344,11 +362,15 @@ void write_pixels(const std::filesystem::path& file, const Geometry& geometry, c
     format->WriteImageInformation();
     format->Write(stored.data());
   };
+  const bool is_marked = !keys.empty() && dynamic_cast<itk::NiftiImageIO*>(format.GetPointer()) != nullptr;
   write_atomically(file, [&](const std::filesystem::path& partial) {
     try {
-      std::visit([&](const auto& stored) { write(partial, stored); }, values);
-      if (!keys.empty() && dynamic_cast<itk::NiftiImageIO*>(format.GetPointer()) != nullptr) {
-        mark_as_displacement(partial);
+      if (is_marked) {
+        const Plain plain(partial);
+        std::visit([&](const auto& stored) { write(plain.file, stored); }, values);
+        write_as_displacement(plain.file, partial);
+      } else {
+        std::visit([&](const auto& stored) { write(partial, stored); }, values);
       }
     } catch (const itk::ExceptionObject& error) {
       throw unwritable(file, own_words(error));

@@ -107,9 +107,9 @@ void place(const std::filesystem::path& file, const Frame& frame, const std::arr
 /// Millimetres, whatever the file's unit. Where sform and qform differ, the sform, with a remark.
 [[nodiscard]] Pixels read_nifti(const std::filesystem::path& file);
 
-/// Makes of the vectors of a NIfTI file that ITK has written displacements: the header says so, and they are
-/// along NIfTI's axes, as other programs expect of such.
-void mark_as_displacement(const std::filesystem::path& file);
+/// Compresses a NIfTI file that ITK has written, whose vectors become displacements: the header says so, and
+/// they are along NIfTI's axes, as other programs expect of such.
+void write_as_displacement(const std::filesystem::path& plain, const std::filesystem::path& file);
 
 /// The header of an NRRD file: fields by name in small letters, as "space directions"; none of another file.
 using NrrdFields = std::map<std::string, std::string, std::less<>>;
