@@ -221,6 +221,7 @@ TEST(Gradient, IsRefusedWhereThereIsNone) {
   law.full.stiffening = ScalarField(level.extent, 0.0F);
   EXPECT_THAT(refusal(law, field), HasSubstr("law of large strains"));
   Scene walls = scene_of(level, 0.3);
+  walls.full.has_walls = true;
   walls.full.springs.assign(6, std::vector<float>(level.extent.sites(), 1.0F));
   EXPECT_THAT(refusal(walls, field), HasSubstr("walls to slide along"));
   VectorField broken = field;

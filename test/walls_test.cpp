@@ -1,5 +1,6 @@
 // Walls: what slides along one, and springs that pull by direction.
 
+#include "harness/applications/spread.hpp"
 #include "harness/judge/truths.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
@@ -8,6 +9,7 @@
 #include "harness/solve/methods/laws.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/planner.hpp"
+#include "harness/solve/sampled_image.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
@@ -120,6 +122,58 @@ TEST(Walls, ABlockBetweenTwoStretchesEvenly) {
     EXPECT_EQ(walls.sites, is_volume ? 2U * 25U * 9U : 2U * 41U);
     EXPECT_LT(walls.gave_way, 0.005);
   }
+}
+
+/// What is observed of tissue beside a wall pulls it along the wall and not through it: by a point or by a
+/// condition, each with a deviation.
+TEST(Walls, ObservationsPullNothingThroughThem) {
+  const test::TemporaryFolder folder;
+  const auto pairs = folder.write("pairs.csv", "20,8.5,0,1,-2,0,2\n").string();
+  for (const std::string& observed :
+       {fmt::format("[[points]]\nfile = \"{}\"\n", pairs),
+        std::string(
+            "[[condition]]\nwhere = \"labels\"\nlabels = [3]\ndx = 1.0\ndy = -2.0\ndeviation = 2.0\n")}) {
+    const Scene scene = scene_of(
+        "[41, 33]", "[[shape]]\nkind = \"everything\"\nlabel = 1\n"
+                    "[[shape]]\nkind = \"rectangle\"\nlabel = 3\ncentre = [0.5, 0.3]\nsize = [0.1, 0.4]\n"
+                    "[[tissue]]\nlabel = 3\nmodulus = 3.0\n"
+                    "[[shape]]\nkind = \"rectangle\"\nlabel = 2\ncentre = [0.5, 0.0]\nsize = [2.0, 0.5]\n"
+                    "[[condition]]\nwhere = \"bottom\"\ndx = 0.0\ndy = 0.0\n"
+                    "[[condition]]\nwhere = \"labels\"\nlabels = [2]\nslide = true\n" +
+                        observed);
+    const VectorField field = solved(scene).displacement;
+    EXPECT_LT(walls_under(scene.full, field).gave_way, 0.02) << observed;
+    const std::size_t beside = scene.extent().index(20, 9);
+    EXPECT_GT(scene.full.springs[symmetric_entry(2, 1, 1)][beside], 0.0F) << "it is beside the wall";
+    EXPECT_GT(field[0][beside], 0.2F) << "along the wall it follows";
+    EXPECT_NEAR(scene.full.target[0][beside], 1.0F, 1e-5);
+    Solver solver(test::scalar(), {});
+    const Spread spread = spread_of(scene, field, {.draws = 20, .seed = 3}, solver, test::silent());
+    EXPECT_LT(spread.deviation[1][beside], 0.1F * spread.deviation[0][beside])
+        << "the wall is certain, and so is what is beside it across";
+  }
+}
+
+/// A site that samples those beside a wall has what is observed along the wall alone.
+TEST(Walls, ObservationsPullNothingThroughThoseOfASampledImage) {
+  const Scene scene = scene_of(
+      "[65, 65]", "[[shape]]\nkind = \"everything\"\nlabel = 1\n"
+                  "[[shape]]\nkind = \"rectangle\"\nlabel = 2\ncentre = [0.5, 0.0]\nsize = [2.0, 0.48]\n"
+                  "[[condition]]\nwhere = \"bottom\"\ndx = 0.0\ndy = 0.0\n"
+                  "[[condition]]\nwhere = \"labels\"\nlabels = [1]\ndx = 1.0\ndy = -2.0\ndeviation = 2.0\n"
+                  "[[condition]]\nwhere = \"labels\"\nlabels = [2]\nslide = true\n");
+  const Extent extent{17, 17};
+  const Level sampled = sampled_image(
+      scene.full, block_moduli(scene.full.modulus, scene.full.inverse_modulus, extent), BlockMean::geometric);
+  int sliding = 0;
+  for (std::size_t site = 0; site < extent.sites(); ++site) {
+    if (sampled.springs[symmetric_entry(2, 1, 1)][site] > 0.0F) {
+      ++sliding;
+      EXPECT_GT(sampled.target[1][site], -0.01F) << extent.place(site);
+      EXPECT_NEAR(sampled.target[0][site], 1.0F, 1e-4) << extent.place(site);
+    }
+  }
+  EXPECT_GE(sliding, 15);
 }
 
 /// A disc that its hub turns in a round hole turns as a whole: nothing strains it.

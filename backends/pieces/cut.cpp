@@ -176,7 +176,7 @@ Level part_of(const Level& level, const Box& part) {
   Level result = without_fields(level);
   // All arrays of a level, so that one that is added is cut, too, or this does not compile.
   auto& [extent, energy, target, confidence, modulus, inverse_modulus, inputs, penalty, steps, update, rule,
-         inverse_curvature, strengths, seed, sides, force, stiffening, springs] = result;
+         inverse_curvature, strengths, seed, sides, force, stiffening, springs, has_walls] = result;
   extent = part.extent();
   target = part_of(level.target, part);
   confidence = part_of(level.confidence, part);

@@ -6,6 +6,7 @@
 #include "harness/scene/scene_content.hpp"
 #include "harness/scene/schedule_keys.hpp"
 #include "harness/scene/toml_reader.hpp"
+#include "harness/scene/walls.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/hierarchy.hpp"
 #include "kernels/data/input_error.hpp"
@@ -182,6 +183,9 @@ void read_conditions(TomlReader& reader, const SceneText& file, const SceneOptio
   scene.idle = apply_conditions(reader, content, scene.energy->is_of_cells(), scene.full);
   std::ranges::move(content.idle, std::back_inserter(scene.idle));
   apply_points(reader, file.folder, options, content, scene);
+  if (scene.full.has_walls) {
+    set_rest_on_walls(scene.full);
+  }
   std::ranges::move(apply_loads(reader, content, energy, scene.full), std::back_inserter(scene.idle));
   apply_laws(reader, content, energy, options.law, scene.full);
   if (content.segmented) {

@@ -140,7 +140,7 @@ void fill_void(TomlReader& scene, const RegisteredEnergy& energy, Level& level) 
                                      "\"elastic\"",
                                      energy.name));
   }
-  if (has_laws(level) && !level.springs.empty()) { // then cells with a corner in void carry nothing
+  if (has_laws(level) && level.has_walls) { // then cells with a corner in void carry nothing
     std::vector<bool> empty(moduli.size());
     std::transform(moduli.begin(), moduli.end(), empty.begin(), is_void);
     empty = with_bumps(empty, level);

@@ -132,6 +132,7 @@ void set_wall(const std::vector<bool>& solid, const std::vector<bool>& shape,
   const std::size_t axes = extent.axes();
   const std::vector<bool> beyond = with_bumps(solid, level);
   level.springs.resize(axes * (axes + 1) / 2, std::vector<float>(extent.sites()));
+  level.has_walls = true;
   const Surroundings around(beyond, shape, extent, step);
   const auto set_site = [&](int x, int y, int z) {
     const std::size_t site = extent.index(x, y, z);
@@ -162,6 +163,20 @@ void set_wall(const std::vector<bool>& solid, const std::vector<bool>& shape,
   }
 }
 
+void set_rest_on_walls(Level& level) {
+  const std::size_t axes = level.extent.axes();
+#pragma omp parallel for if (level.extent.sites() > sites_worth_threads)
+  for (std::size_t site = 0; site < level.extent.sites(); ++site) {
+    bool is_held = false;
+    for (std::size_t axis = 0; axis < axes; ++axis) {
+      is_held = is_held || level.springs[symmetric_entry(axes, axis, axis)][site] > 0.0F;
+    }
+    if (is_held) {
+      set_rest_on_wall(level, site);
+    }
+  }
+}
+
 WallReport walls_under(const Level& level, const VectorField& displacement) {
   WallReport report;
   const std::size_t axes = level.extent.axes();
@@ -169,7 +184,7 @@ WallReport walls_under(const Level& level, const VectorField& displacement) {
   const auto by_wall = [&](std::size_t axis, std::size_t site) {
     return level.confidence[axis][site] < 1.0F ? double{displacement[axis][site]} : 0.0;
   };
-  for (std::size_t site = 0; !level.springs.empty() && site < level.extent.sites(); ++site) {
+  for (std::size_t site = 0; level.has_walls && site < level.extent.sites(); ++site) {
     double stiffness = 0.0;
     double square = 0.0;
     for (std::size_t a = 0; a < axes; ++a) {

@@ -20,6 +20,9 @@ namespace hdmbench {
 void set_wall(const std::vector<bool>& solid, const std::vector<bool>& shape,
               const std::array<double, 3>& step, Level& level);
 
+/// Moves the targets of all sites that slide as set_rest_on_wall() does; after all else is said of them.
+void set_rest_on_walls(Level& level);
+
 /// How sites that slide were held.
 struct WallReport {
   std::size_t sites = 0; ///< that slide

@@ -130,6 +130,9 @@ void sample_walls(const Level& full, Level& sampled) {
         sampled.springs[entry][site] =
             slides ? static_cast<float>(stiffness_of_walls * sum[entry] / trace) : 0.0F;
       }
+      if (slides) {
+        set_rest_on_wall(sampled, site);
+      }
     }
   }
 }
@@ -233,7 +236,7 @@ Level sampled_image(const Level& full, const BlockModuli& blocks, BlockMean mean
     std::ranges::transform(blocks.mean.values, blocks.inverse_mean.values, level.modulus.values.begin(),
                            [](float upper, float inverse_lower) { return std::sqrt(upper / inverse_lower); });
   }
-  if (!full.springs.empty()) {
+  if (full.has_walls) {
     sample_walls(full, level);
   }
   set_inverse_modulus(level);

@@ -77,7 +77,8 @@ void require_sides(Extent extent) {
 Level without_fields(const Level& level) {
   // A new member has to be named here, or this does not compile: it is kept below unless it is an array.
   const auto& [extent, energy, target, confidence, modulus, inverse_modulus, inputs, penalty, steps, update,
-               rule, inverse_curvature, strengths, seed, sides, force, stiffening, springs] = level;
+               rule, inverse_curvature, strengths, seed, sides, force, stiffening, springs, has_walls] =
+      level;
   return {.extent = extent,
           .energy = energy,
           .penalty = penalty,
@@ -86,7 +87,8 @@ Level without_fields(const Level& level) {
           .rule = rule,
           .strengths = strengths,
           .seed = seed,
-          .sides = sides};
+          .sides = sides,
+          .has_walls = has_walls};
 }
 
 bool changes_spread_by_contact(const Level& level) {

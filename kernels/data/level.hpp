@@ -62,6 +62,8 @@ struct Level {
   /// What pulls a site to its target by direction, times the modulus of the site: symmetric_entry() of a
   /// matrix (elastic/springs.hpp). Empty: there is none. Elastic energies alone know it.
   std::vector<std::vector<float>> springs{};
+  /// Whether springs keep sites on walls along which tissue slides; else they are observations by direction.
+  bool has_walls = false;
 };
 
 /// Whether some tissue has a law of large strains.

@@ -126,7 +126,7 @@ public:
         linear_(start != nullptr ? ElasticSolver(level, model, session, modulus_under(*start))
                                  : ElasticSolver(level, model, session, Strains::linearised)),
         say_(std::move(say)), displacement_(level.extent), residual_(level.extent), tried_(level.extent),
-        tried_residual_(level.extent), void_modulus_(void_modulus(level)), slides_(!level.springs.empty()),
+        tried_residual_(level.extent), void_modulus_(void_modulus(level)), slides_(level.has_walls),
         next_look_(start != nullptr ? 3 * first_look : first_look) {}
 
   /// Begins with the linear solution, or with parts of the load where that turns cells over. Returns whether
@@ -229,7 +229,8 @@ private:
     for (std::size_t axis = 0; axis < level_.extent.axes(); ++axis) {
       const std::vector<float>& confidence = level_.confidence[axis];
       const float* const springs =
-          slides_ ? level_.springs[symmetric_entry(level_.extent.axes(), axis, axis)].data() : nullptr;
+          level_.springs.empty() ? nullptr
+                                 : level_.springs[symmetric_entry(level_.extent.axes(), axis, axis)].data();
 #pragma omp parallel for if (sites > sites_worth_threads)
       for (std::size_t at = 0; at < sites; ++at) {
         if (slides_ && level_.modulus.values[at] < void_modulus_) {
@@ -237,7 +238,7 @@ private:
           continue;
         }
         if (confidence[at] >= 1.0F ||
-            !(confidence[at] > 0.0F || has_forces(level_) || (slides_ && springs[at] > 0.0F))) {
+            !(confidence[at] > 0.0F || has_forces(level_) || (springs != nullptr && springs[at] > 0.0F))) {
           continue;
         }
         double pull = has_forces(level_) ? load_ * double{level_.force[axis][at]} : 0.0;

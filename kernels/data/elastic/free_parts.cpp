@@ -50,7 +50,7 @@ public:
         direction[axis] = double{level.springs[symmetric_entry(axes_, row, axis)][at]};
       }
       if (direction != std::array<double, 3>{}) {
-        slides_ = true;
+        slides_ = slides_ || level.has_walls;
         know(direction, {x, y, z});
       }
     }
@@ -148,7 +148,7 @@ private:
 
   static constexpr double rounding = 1e-9;
   std::size_t axes_ = 2;
-  bool slides_ = false; ///< whether a direction was known
+  bool slides_ = false; ///< whether a wall was met
   std::array<double, 3> sides_{1.0, 1.0, 1.0};
   std::array<std::optional<std::array<int, 3>>, 3> first_; ///< by component, where it is known
   std::vector<Equation> equations_;                        ///< each at a right angle to the others

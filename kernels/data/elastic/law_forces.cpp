@@ -216,7 +216,7 @@ LawForces::LawForces(const Level& level, const ElasticModel& model) : level_(lev
   const double unit = force_unit(level, model.poisson) / 32.0;
   const double nu = model.poisson;
   const double lame = is_volume ? nu / ((1.0 + nu) * (1.0 - 2.0 * nu)) : nu / (1.0 - nu * nu);
-  const bool has_walls = has_laws(level) && !level.springs.empty();
+  const bool has_walls = has_laws(level) && level.has_walls;
   constants_ = {.mu = static_cast<float>(unit / (2.0 * (1.0 + nu))),
                 .lame = static_cast<float>(unit * lame),
                 .least_modulus = has_walls ? void_modulus(level) : 0.0F};

@@ -18,7 +18,7 @@ struct LeastVolume {
   std::size_t site = 0; ///< the corner of the cell with the least coordinates
 };
 
-/// A level whose tissues have laws; one without is linear everywhere. Where walls are (Level::springs), all
+/// A level whose tissues have laws; one without is linear everywhere. Where walls are (Level::has_walls), all
 /// of a cell with a corner in void is void: its other corners slide, and half of a cell that hangs on them
 /// would turn over.
 class LawForces {

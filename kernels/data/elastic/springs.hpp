@@ -3,6 +3,7 @@
 #include "kernels/data/level.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
 #include <vector>
@@ -87,6 +88,17 @@ template <typename Way>
   }
   return force;
 }
+
+/// Returns where the springs of a site are at rest together, those by direction and those of confidences.
+/// `pull` is the sum of each one, over the modulus of the site, times where it alone would be at rest. A
+/// component that is prescribed, and a direction that no spring holds, is where `otherwise` has it. Pixels.
+[[nodiscard]] std::array<double, 3> rest_of_springs(const Level& level, std::size_t at,
+                                                    std::array<double, 3> pull,
+                                                    const std::array<double, 3>& otherwise);
+
+/// Moves the target of a site of `level` to where its wall and what is observed of it are at rest together:
+/// an observation pulls nothing through a wall. What is not observed rests at 0.
+void set_rest_on_wall(Level& level, std::size_t at);
 
 [[nodiscard]] inline bool has_springs(const Level& level) {
   return !level.springs.empty() ||
