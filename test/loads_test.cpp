@@ -163,6 +163,50 @@ TEST(Loads, GravityIsInThePatientsSpace) {
   }
 }
 
+/// An image of forces that are those of a gravity, in the patient's space, is that gravity.
+TEST(Loads, AnImageOfForcesIsInThePatientsSpace) {
+  if (!have_images()) {
+    GTEST_SKIP() << "this build reads no images";
+  }
+  const test::TemporaryFolder folder;
+  const std::string tissue = "energy = \"elastic\"\n[[tissue]]\nlabel = 1\nmodulus = 1\ndensity = 1000\n"
+                             "[[condition]]\nwhere = \"border\"\noutward = 0.0\n";
+  for (const char* const directions : {"(2,0,0) (0,2,0) (0,0,4)", "(0,-2,0) (2,0,0) (0,0,4)",
+                                       "(0,0,4) (0,2,0) (-2,0,0)", "(1.2,1.6,0) (-1.6,1.2,0) (0,0,4)"}) {
+    const auto header = [&](const char* type, int dimensions, const std::string& more) {
+      return fmt::format("NRRD0004\ntype: {}\ndimension: {}\nspace: left-posterior-superior\nsizes: {}4 4 4\n"
+                         "space directions: {}{}\nspace origin: (3,-8,1)\nencoding: {}\n{}\n",
+                         type, dimensions, dimensions == 4 ? "3 " : "", dimensions == 4 ? "none " : "",
+                         directions, dimensions == 4 ? "ascii" : "raw", more);
+    };
+    (void)folder.write("l.nrrd", header("uchar", 3, "") + std::string(64, '\1'));
+    std::string values;
+    for (int site = 0; site < 64; ++site) {
+      values += "1e-6 1e-5 -3e-6 "; // N/mm^3: 1000 kg/m^3 times 1, 10, -3 m/s^2
+    }
+    (void)folder.write("f.nrrd", header("float", 4, "kinds: vector domain domain domain\n") + values);
+    const auto load = [&](const std::string& loads, const std::string& image,
+                          const SceneOptions& options = {}) {
+      return load_scene(
+          folder.write("scene.toml", tissue + loads + "[image]\nlabels = \"l.nrrd\"\n" + image).string(),
+          options);
+    };
+    const Scene expected = load("[[load]]\ngravity = [1.0, 10.0, -3.0]\n", "");
+    const Scene found = load("", "force = \"f.nrrd\"\n");
+    const Scene both = load("[[load]]\ngravity = [1.0, 10.0, -3.0]\n", "force = \"f.nrrd\"\n");
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      for (std::size_t site = 0; site < 64; ++site) {
+        const float force = expected.full.force[axis][site];
+        ASSERT_NEAR(found.full.force[axis][site], force, 2e-11) << directions;
+        ASSERT_NEAR(both.full.force[axis][site], 2.0F * force, 4e-11) << directions;
+      }
+    }
+    EXPECT_GT(expected.full.force[1][21], 0.0F);
+    expect_refusal([&] { (void)load("", "force = \"f.nrrd\"\n", {.as_cubes = true}); },
+                   "force takes the file's own pixels");
+  }
+}
+
 /// How far the middle of the wall of a hollow ball, or of a ring, goes outward by a pressure within, over
 /// what Lame's formula says.
 double inflation(Extent extent, const std::string& spacing = "1.0") {

@@ -218,6 +218,9 @@ LeastCertain least_certain(const Scene& scene, const VectorField& deviation) {
 std::optional<Level> without_springs(const Level& level) {
   Level bare = level;
   bare.force = {};
+  if (!bare.has_walls) {
+    bare.springs.clear();
+  }
   for (std::vector<float>& component : bare.confidence.planes) {
     std::ranges::replace_if(component, is_spring, 0.0F);
   }
@@ -328,6 +331,48 @@ Gaps gaps_of(const Scene& scene, const VectorField& way) {
   return gaps;
 }
 
+/// Returns a draw whose covariance is the springs by direction of a site, over its modulus: their factor of
+/// Cholesky's times draws of 1, where a direction without a spring has none.
+std::array<double, 3> drawn_pull(const Level& level, std::size_t site, NormalDraws& random) {
+  const std::size_t axes = level.extent.axes();
+  std::array<std::array<double, 3>, 3> rest{};
+  double trace = 0.0;
+  for (std::size_t a = 0; a < axes; ++a) {
+    for (std::size_t b = 0; b < axes; ++b) {
+      rest[a][b] = double{level.springs[symmetric_entry(axes, a, b)][site]};
+    }
+    trace += rest[a][a];
+  }
+  constexpr double rounding = 1e-6; // of entries that are floats
+  std::array<double, 3> pull{};
+  for (std::size_t pivot = 0; pivot < axes && trace > 0.0; ++pivot) {
+    const double draw = random();
+    const double whole = rest[pivot][pivot];
+    for (std::size_t row = pivot; row < axes && whole > rounding * trace; ++row) {
+      const double factor = rest[row][pivot] / whole;
+      pull[row] += factor * std::sqrt(whole) * draw;
+      for (std::size_t column = pivot + 1; column < axes; ++column) {
+        rest[row][column] -= row == pivot ? 0.0 : factor * rest[pivot][column];
+      }
+    }
+  }
+  return pull;
+}
+
+/// Adds what springs by direction do to where a site is at rest: a wall keeps it, and a target has an error.
+void set_rest_by_direction(const Level& level, std::size_t site, VectorField& rest, NormalDraws& random) {
+  std::array<double, 3> pull = level.has_walls ? std::array<double, 3>{} : drawn_pull(level, site, random);
+  std::array<double, 3> otherwise{};
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+    otherwise[axis] = double{rest[axis][site]};
+    pull[axis] += weight_of_confidence(level.confidence[axis][site]) * otherwise[axis];
+  }
+  const std::array<double, 3> at_rest = rest_of_springs(level, site, pull, otherwise);
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+    rest[axis][site] = static_cast<float>(at_rest[axis]);
+  }
+}
+
 /// Returns prior_forces(), and where springs are at rest by errors of what they hold: one for every point
 /// with a deviation, and what its springs have in common with the point though the tissue there moves
 /// otherwise (`gaps`, of the way that the same forces make without springs; empty: none); one for every
@@ -367,6 +412,9 @@ Disturbance draw_disturbance(const Scene& scene, const CellForces& forces, const
         drawn.rest[axis][site] = static_cast<float>((pulls[axis][site] + pull) / weight);
       }
     }
+  }
+  for (std::size_t site = 0; !full.springs.empty() && site < extent.sites(); ++site) {
+    set_rest_by_direction(full, site, drawn.rest, random);
   }
   return drawn;
 }

@@ -231,6 +231,38 @@ images::Pixels vectors_of(const GivenImage& image, std::string_view name, const 
   return pixels;
 }
 
+images::Pixels matrices_of(const GivenImage& image, std::string_view name, const py::object& matrices) {
+  const py::array array = numbers_of(name, matrices);
+  std::vector<std::size_t> shape = shape_of(image.array);
+  const std::size_t axes = shape.size();
+  shape.insert(shape.end(), {axes, axes});
+  if (shape_of(array) != shape) {
+    throw InputError(fmt::format("{}: has the shape ({}), the pixels of {} have ({}), each with a matrix of "
+                                 "{} x {}",
+                                 name, fmt::join(shape_of(array), ", "), image.name,
+                                 fmt::join(shape_of(image.array), ", "), axes, axes));
+  }
+  const auto numpy = py::module_::import("numpy");
+  if (!numpy
+           .attr("allclose")(array, array.attr("swapaxes")(-1, -2), py::arg("rtol") = 1e-6,
+                             py::arg("atol") = 0.0, py::arg("equal_nan") = true)
+           .cast<bool>()) {
+    throw InputError(fmt::format("{}: has matrices that are not symmetric", name));
+  }
+  images::Pixels pixels{image.geometry, {}};
+  pixels.geometry.components = axes * (axes + 1) / 2;
+  py::list entries;
+  for (std::size_t row = 0; row < axes; ++row) {
+    for (std::size_t column = row; column < axes; ++column) {
+      const py::array entry = array[py::make_tuple(py::ellipsis(), row, column)];
+      const bool changes_sign = image.space == Space::ras && column == 2 && row < 2;
+      entries.append(changes_sign ? entry.attr("__neg__")() : py::object(entry));
+    }
+  }
+  pixels.values = floats_of(numpy.attr("stack")(entries));
+  return pixels;
+}
+
 images::Pixels vectors_like(const py::array& like, std::string_view name, const py::object& vectors,
                             Space space) {
   const py::array array = numbers_of(name, vectors);

@@ -47,6 +47,12 @@ struct GivenImage {
 [[nodiscard]] images::Pixels vectors_of(const GivenImage& image, std::string_view name,
                                         const py::object& vectors, bool physical);
 
+/// Returns symmetric matrices at the image's pixels, an array of its shape with two axes of components more,
+/// as images::read_matrix() takes them, turned from the image's space to LPS. Throws InputError where one is
+/// not symmetric to a float's rounding.
+[[nodiscard]] images::Pixels matrices_of(const GivenImage& image, std::string_view name,
+                                         const py::object& matrices);
+
 /// Returns vectors of the shape of `like`, in LPS; `space` is theirs.
 [[nodiscard]] images::Pixels vectors_like(const py::array& like, std::string_view name,
                                           const py::object& vectors, Space space);

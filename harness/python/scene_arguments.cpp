@@ -122,7 +122,8 @@ SceneToLoad load_of_file(const SceneArguments& given, SceneOptions options) {
   if (!with_targets) {
     refuse({{"targets", &given.targets}}, "the scene's files say it");
   }
-  refuse({{"confidence", &given.confidence}}, "the scene's files say it");
+  refuse({{"confidence", &given.confidence}, {"precision", &given.precision}, {"force", &given.force}},
+         "the scene's files say it");
   add_points(given, with_targets, Space::lps, options);
   const std::string name = path_of(has_scene ? given.scene : given.labels);
   return {[name, options](ScheduleOverrides& schedule) {
@@ -155,6 +156,12 @@ SceneToLoad load_of_arrays(const SceneArguments& given, SceneOptions options) {
   }
   if (!given.confidence.is_none()) {
     in_memory->images.emplace("confidence", confidence_of(image, given.confidence));
+  }
+  if (!given.precision.is_none()) {
+    in_memory->images.emplace("precision", matrices_of(image, "precision", given.precision));
+  }
+  if (!given.force.is_none()) {
+    in_memory->images.emplace("force", vectors_of(image, "force", given.force, true));
   }
   add_points(given, with_targets, image.space, options);
   return {.load =

@@ -13,6 +13,8 @@ namespace hdmbench::python {
 /// What Python gives; None is what is not said.
 struct SceneArguments {
   py::object labels, tissues, points, targets, confidence, modulus, spacing, affine, scene, size, conditions;
+  py::object precision = py::none();
+  py::object force = py::none();
 };
 
 /// What they come to. The scene is loaded later, without the GIL.

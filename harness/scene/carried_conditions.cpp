@@ -255,7 +255,8 @@ private:
   std::vector<bool> prescribed_;
 };
 
-/// Whether every pixel lies at the site of the same number.
+} // namespace
+
 bool are_the_sites(const FileConditions& conditions, Extent sites) {
   bool are_same = conditions.scattered.empty() && conditions.target.extent == sites;
   for (std::size_t axis = 0; axis < sites.axes(); ++axis) {
@@ -265,8 +266,6 @@ bool are_the_sites(const FileConditions& conditions, Extent sites) {
   }
   return are_same;
 }
-
-} // namespace
 
 CarriedConditions carry_conditions(const FileConditions& conditions, bool are_springs, Level& level) {
   const std::size_t pixels = conditions.target.extent.sites();

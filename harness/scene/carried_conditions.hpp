@@ -27,6 +27,9 @@ struct CarriedConditions {
   double farthest = 0.0;  ///< a target of confidence 1 from what the sites prescribe there, pixels
 };
 
+/// Whether every pixel lies at the site of the same number.
+[[nodiscard]] bool are_the_sites(const FileConditions& conditions, Extent sites);
+
 /// Sets target and confidence of `level` at the sites around those pixels, which act where they lie and lose
 /// nothing on the way: a component that is certain prescribes all sites that make the field at its pixel, and
 /// those between certain pixels; of every other one the sites around share the weight, and take the mean of

@@ -92,6 +92,19 @@ void add_pressure(TomlReader& load, const Content& content, Extent extent, Force
   }
 }
 
+Forces forces_of_image(const VectorField& force) {
+  const Extent extent = force.extent;
+  Forces forces(extent.axes(), std::vector<double>(extent.sites()));
+  for_each_site(extent, [&](int x, int y, int z) {
+    const std::size_t site = extent.index(x, y, z);
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      forces[axis][site] = double{force[axis][site]} * share_along(extent, 0, x) * share_along(extent, 1, y) *
+                           share_along(extent, 2, z);
+    }
+  });
+  return forces;
+}
+
 } // namespace
 
 std::vector<std::string> apply_loads(TomlReader& scene, const Content& content,
@@ -99,6 +112,9 @@ std::vector<std::string> apply_loads(TomlReader& scene, const Content& content,
   const Extent extent = level.extent;
   Forces forces;
   bool weighs = false;
+  if (!content.force[0].empty()) {
+    forces = forces_of_image(content.force);
+  }
   for (TomlReader& load : scene.tables("load")) {
     if (!energy.takes_forces) {
       scene.fail("load",

@@ -198,7 +198,10 @@ void require_known_pixels(const Scene& scene, const RegisteredEnergy& energy) {
   if (!energy.takes_forces && (has_forces(scene.full) || !scene.full.springs.empty())) {
     throw InputError(fmt::format("{} has {}, which the {} energy does not know: what solves it by the "
                                  "elastic energy alone takes it",
-                                 scene.name, has_forces(scene.full) ? "loads" : "walls to slide along",
+                                 scene.name,
+                                 has_forces(scene.full) ? "loads"
+                                 : scene.full.has_walls ? "walls to slide along"
+                                                        : "targets with a precision",
                                  energy.name));
   }
   if (!energy.takes_laws && has_laws(scene.full)) {

@@ -3,6 +3,7 @@
 #include "harness/scene/files.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/precision.hpp"
 #include "harness/scene/scene_content.hpp"
 #include "harness/scene/schedule_keys.hpp"
 #include "harness/scene/toml_reader.hpp"
@@ -185,6 +186,14 @@ void read_conditions(TomlReader& reader, const SceneText& file, const SceneOptio
   apply_points(reader, file.folder, options, content, scene);
   if (scene.full.has_walls) {
     set_rest_on_walls(scene.full);
+  }
+  if (content.precision && scene.full.has_walls) {
+    reader.fail("image",
+                "has a precision, which cannot stand beside slide = true; give a confidence for each "
+                "component in its place");
+  }
+  if (content.precision) {
+    scene.observed = add_precision(std::move(*content.precision), scene.full);
   }
   std::ranges::move(apply_loads(reader, content, energy, scene.full), std::back_inserter(scene.idle));
   apply_laws(reader, content, energy, options.law, scene.full);

@@ -3,6 +3,7 @@
 #include "harness/scene/given_scene.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/placement.hpp"
+#include "harness/scene/precision.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/scene/toml_reader.hpp"
 
@@ -30,8 +31,10 @@ struct Content {
   std::optional<FileGrid> oblong{};       ///< as of Image
   std::optional<double> stated_spacing{}; ///< of the scene file, for its other images
   bool knows_millimetres = false;         ///< something says what the spacing is
-  bool segmented = false;          ///< labels says which tissue, not the same everywhere for want of one
-  std::vector<std::string> idle{}; ///< as of Scene
+  bool segmented = false;               ///< labels says which tissue, not the same everywhere for want of one
+  std::vector<std::string> idle{};      ///< as of Scene
+  std::optional<Precision> precision{}; ///< of [image], which acts beside all other conditions
+  VectorField force{};                  ///< of [image], as Level has it; empty: there is none
 };
 
 /// A scene file that is shipped or on the disk, or what is in memory in place of one.
@@ -92,11 +95,11 @@ void add_usual_keys(toml::table& root);
 /// machine: a 64-bit Mersenne twister and no library distribution.
 [[nodiscard]] Content read_random_content(TomlReader& table, Level& level, VectorField& start);
 
-/// Images of target displacement (pixels, or millimetres) and confidence, before the built-in conditions, and
-/// of the displacement to begin with, on the pixels of the file that `content` was made of; from there they
-/// are carried to the sites.
+/// Images of target displacement (pixels, or millimetres) and how certain it is, before the built-in
+/// conditions, and of the displacement to begin with, on the pixels of the file that `content` was made of;
+/// from there they are carried to the sites. What acts later, a precision and forces, becomes the content's.
 void read_vector_images(TomlReader& image, const SceneText& file, std::optional<Extent> size,
-                        const Content& content, Scene& scene);
+                        Content& content, Scene& scene);
 
 /// Applies the [[condition]] tables of a scene to level.target and level.confidence in order, later ones over
 /// earlier ones. Displacements are pixels at every size, or millimetres, of which content.spacing make a
@@ -106,11 +109,11 @@ void read_vector_images(TomlReader& image, const SceneText& file, std::optional<
 [[nodiscard]] std::vector<std::string> apply_conditions(TomlReader& scene, const Content& content,
                                                         bool may_be_springs, Level& level);
 
-/// Adds up the [[load]] tables in level.force: a gravity (m/s^2 in the patient's space, LPS) pulls at what
-/// the densities of tissues are, a pressure (MPa) pushes the sites of one label away from those of another
-/// beside them. Sites on the border of the image stand for a half of a pixel. `energy` is the one that will
-/// be minimised; moduli are MPa, and gravity needs to know millimetres. Returns, as of Scene::idle, what has
-/// no effect.
+/// Adds up the content's forces and the [[load]] tables in level.force: a gravity (m/s^2 in the patient's
+/// space, LPS) pulls at what the densities of tissues are, a pressure (MPa) pushes the sites of one label
+/// away from those of another beside them. Sites on the border of the image stand for a half of a pixel.
+/// `energy` is the one that will be minimised; moduli are MPa, and gravity needs to know millimetres.
+/// Returns, as of Scene::idle, what has no effect.
 [[nodiscard]] std::vector<std::string> apply_loads(TomlReader& scene, const Content& content,
                                                    const RegisteredEnergy& energy, Level& level);
 

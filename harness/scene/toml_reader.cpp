@@ -96,6 +96,8 @@ const std::array known_keys{
     Key{"image", "target_unit", "it belongs to a target"},
     Key{"image", "confidence"},
     Key{"image", "deviation", of_elastic},
+    Key{"image", "precision", of_elastic},
+    Key{"image", "force", of_elastic},
     Key{"image", "start", of_hdm},
     Key{"brain", "file"},
     Key{"brain", "head"},

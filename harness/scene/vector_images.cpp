@@ -1,6 +1,7 @@
 #include "harness/scene/carried_conditions.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/scene/precision.hpp"
 #include "harness/scene/scene_content.hpp"
 #include "kernels/data/elastic/springs.hpp"
 
@@ -28,59 +29,150 @@ void require(TomlReader& image, std::string_view key, const VectorField& field, 
   }
 }
 
-} // namespace
+/// Reads the images of a scene's [image] one by one.
+class VectorImages {
+public:
+  VectorImages(TomlReader& image, const SceneText& file, std::optional<Extent> size, const Content& content)
+      : image_(image), file_(file), content_(content), size_(size) {}
 
-void read_vector_images(TomlReader& image, const SceneText& file, std::optional<Extent> size,
-                        const Content& content, Scene& scene) {
-  bool is_physical = false;
-  const auto read = [&](std::string_view key, bool as_stored) {
-    ReadOptions options{.size = as_stored ? std::nullopt : size,
-                        .spacing = content.stated_spacing,
-                        .takes_volumes = true,
-                        .as_stored = as_stored};
-    if (is_physical && key == "target") {
-      options.physical_side = content.spacing;
+  /// How certain targets are: which key says it, or "" where there are none.
+  std::string_view certainty() {
+    constexpr std::array<std::string_view, 3> keys{"confidence", "deviation", "precision"};
+    std::string_view given;
+    for (const std::string_view key : keys) {
+      if (image_.has(key) && !given.empty()) {
+        image_.fail(key, fmt::format("cannot stand beside {}", given));
+      }
+      given = image_.has(key) ? key : given;
     }
-    const std::filesystem::path vectors = file.image(image, key, options);
-    Image<VectorField> found = read_vector(vectors, options);
-    require_same_grid(image, key, found.grid, content.grid);
-    return std::move(found.pixels);
-  };
-  const auto is_displacement = [](float value) {
-    return std::isfinite(value) ? nullptr : "must be finite; where nothing is observed the confidence is 0";
-  };
-  image.refuse_unless(scene.energy->is_of_cells(), "deviation");
-  image.refuse_unless(!scene.energy->is_of_cells(), "start");
-  const bool has_deviation = image.has("deviation");
-  if (image.has("target") != (image.has("confidence") || has_deviation)) {
-    image.fail("target", "and confidence (or deviation): give both images or none");
+    if (image_.has("target") == given.empty()) {
+      image_.fail("target", "and confidence (or deviation, or precision): give both images or none");
+    }
+    if (!given.empty()) {
+      image_.read("target_unit", std::array<std::string_view, 2>{"pixels", "mm"}, is_physical_);
+    }
+    return given;
   }
-  if (image.has("confidence") && has_deviation) {
-    image.fail("deviation", "cannot stand beside confidence");
+
+  VectorField target() {
+    VectorField target = read("target", true, side_of_targets(), read_vector);
+    require(image_, "target", target, [](float value) {
+      return std::isfinite(value) ? nullptr : "must be finite; where nothing is observed the confidence is 0";
+    });
+    return target;
   }
-  if (image.has("target")) {
-    image.read("target_unit", std::array<std::string_view, 2>{"pixels", "mm"}, is_physical);
-    const char* const certainty = has_deviation ? "deviation" : "confidence";
-    FileConditions known{.target = read("target", true),
-                         .confidence = read(certainty, true),
-                         .at = positions_of(content.grid, content.spacing, content.placement)};
-    require(image, "target", known.target, is_displacement);
-    require(image, certainty, known.confidence, [&](float value) -> const char* {
-      if (has_deviation) {
+
+  VectorField confidence(bool by_deviation) {
+    const char* const key = by_deviation ? "deviation" : "confidence";
+    VectorField confidence = read(key, true, {}, read_vector);
+    require(image_, key, confidence, [&](float value) -> const char* {
+      if (by_deviation) {
         return value >= 0.0F ? nullptr : "has a value below 0 (pixels); infinite is not observed";
       }
       return value >= 0.0F && value <= 1.0F ? nullptr : "must be 0 ... 1";
     });
-    for (std::vector<float>& plane : known.confidence.planes) {
+    for (std::vector<float>& plane : confidence.planes) {
       for (float& value : plane) {
-        value = has_deviation ? confidence_of_deviation(static_cast<double>(value)) : value; // 0 of infinity
+        value = by_deviation ? confidence_of_deviation(static_cast<double>(value)) : value; // 0 of infinity
       }
     }
-    scene.observed = carry_conditions(known, scene.energy->is_of_cells(), scene.full);
+    return confidence;
+  }
+
+  /// Of `sites`, whose pixels are not resampled.
+  Precision precision(Extent sites) {
+    require_own_pixels("precision", sites);
+    Precision precision{.entries = {}, .target = target()};
+    for (ScalarField& entry : read("precision", true, side_of_targets(), read_matrix)) {
+      precision.entries.push_back(std::move(entry.values));
+    }
+    if (const auto wrong = find_impossible(precision)) {
+      image_.fail("precision", fmt::format("must be the inverse of a covariance, a symmetric matrix that has "
+                                           "no negative eigenvalue; its value at {} is not",
+                                           sites.place(*wrong)));
+    }
+    return precision;
+  }
+
+  /// MPa over a shortest side; where the image ends a site stands for a part of its pixel.
+  VectorField force(Extent sites) {
+    require_own_pixels("force", sites);
+    VectorField force = read("force", true, 1.0 / content_.spacing, read_vector);
+    require(image_, "force", force,
+            [](float value) { return std::isfinite(value) ? nullptr : "must be finite"; });
+    return force;
+  }
+
+  VectorField start() {
+    VectorField start = read("start", false, {}, read_vector);
+    require(image_, "start", start,
+            [](float value) { return std::isfinite(value) ? nullptr : "must be finite"; });
+    return start;
+  }
+
+  [[nodiscard]] PixelPositions positions() const {
+    return positions_of(content_.grid, content_.spacing, content_.placement);
+  }
+
+private:
+  void require_own_pixels(std::string_view key, Extent sites) const {
+    const FileConditions pixels{
+        .target = VectorField(content_.grid.extent), .confidence = {}, .at = positions()};
+    if (!are_the_sites(pixels, sites)) {
+      image_.fail(key, "takes the file's own pixels, which are resampled here; leave --size out");
+    }
+  }
+
+  [[nodiscard]] std::optional<double> side_of_targets() const {
+    return is_physical_ ? std::optional(content_.spacing) : std::nullopt;
+  }
+
+  /// `physical_side`: as of ReadOptions.
+  template <typename Pixels>
+  Pixels read(std::string_view key, bool as_stored, std::optional<double> physical_side,
+              Image<Pixels> (*read_file)(const std::filesystem::path&, const ReadOptions&)) {
+    ReadOptions options{.size = as_stored ? std::nullopt : size_,
+                        .spacing = content_.stated_spacing,
+                        .takes_volumes = true,
+                        .as_stored = as_stored};
+    options.physical_side = physical_side;
+    const std::filesystem::path vectors = file_.image(image_, key, options);
+    Image<Pixels> found = read_file(vectors, options);
+    require_same_grid(image_, key, found.grid, content_.grid);
+    return std::move(found.pixels);
+  }
+
+  TomlReader& image_;
+  const SceneText& file_;
+  const Content& content_;
+  std::optional<Extent> size_;
+  bool is_physical_ = false;
+};
+
+} // namespace
+
+void read_vector_images(TomlReader& image, const SceneText& file, std::optional<Extent> size,
+                        Content& content, Scene& scene) {
+  VectorImages images(image, file, size, content);
+  const bool is_of_cells = scene.energy->is_of_cells();
+  for (const std::string_view key : {"deviation", "precision", "force"}) {
+    image.refuse_unless(is_of_cells, key);
+  }
+  image.refuse_unless(!is_of_cells, "start");
+  const std::string_view certainty = images.certainty();
+  if (certainty == "precision") {
+    content.precision = images.precision(scene.extent());
+  } else if (!certainty.empty()) {
+    FileConditions known{.target = images.target(),
+                         .confidence = images.confidence(certainty == "deviation"),
+                         .at = images.positions()};
+    scene.observed = carry_conditions(known, is_of_cells, scene.full);
+  }
+  if (image.has("force")) {
+    content.force = images.force(scene.extent());
   }
   if (image.has("start")) {
-    scene.start = read("start", false);
-    require(image, "start", *scene.start, is_displacement);
+    scene.start = images.start();
   }
 }
 

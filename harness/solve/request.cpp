@@ -82,9 +82,10 @@ Scene load_to_solve(ScheduleOverrides& schedule, bool is_asked, const std::funct
 
 void require_held(const Scene& scene) {
   const auto is_free = [](float confidence) { return confidence == 0.0F; };
-  if (!scene.start && std::ranges::all_of(scene.full.confidence.planes, [&](const auto& plane) {
-        return std::ranges::all_of(plane, is_free);
-      })) {
+  const bool has_targets_by_direction = !scene.full.springs.empty() && !scene.full.has_walls;
+  if (!scene.start && !has_targets_by_direction &&
+      std::ranges::all_of(scene.full.confidence.planes,
+                          [&](const auto& plane) { return std::ranges::all_of(plane, is_free); })) {
     throw InputError(fmt::format("the scene {} is held nowhere: no site has a displacement that is known, so "
                                  "that any would do; give it a [[condition]] or a target",
                                  scene.name));

@@ -201,6 +201,45 @@ class InSpace(InFolder):
             result = hdmbench.solve(labels, moduli, targets=targets, confidence=sure, affine=affine)
             np.testing.assert_allclose(result.displacement[6, 5, 4], targets[6, 5, 4], rtol=0, atol=1e-5)
 
+    def test_precision_and_force_turn_with_the_space(self):
+        """A target across an edge, and a force, are the same ones in a file of LPS, in NIfTI's order or NRRD's."""
+        try:
+            import nibabel
+        except ImportError:
+            self.skipTest("nibabel (python3-nibabel) is not installed")
+        labels = labels_of(self.shape)
+        turn = np.diag([-1.0, -1.0, 1.0])
+        across = np.array([0.6, 0.48, 0.64])
+        targets, force = np.zeros((2, *self.shape, 3))
+        precision = np.zeros((*self.shape, 3, 3))
+        targets[6, 5, 4] = 1.5 * across
+        precision[6, 5, 4] = 4.0 * np.outer(across, across)
+        force[3, 4, 6] = [0.5, -1.0, 0.25]
+        rows = ([0, 0, 1, 0, 1, 2], [0, 1, 1, 2, 2, 2])  # NIfTI: xx, xy, yy, xz, yz, zz
+        for affine in self.affines():
+            found = hdmbench.solve(labels, moduli, targets=targets, precision=precision, force=force, affine=affine)
+            self.assertGreater((found.displacement[6, 5, 4] * across).sum(), 0.3)
+            lps = turn @ precision @ turn
+            for name, values in (("labels", labels.astype("i2")), ("targets", (targets @ turn)[..., None, :]),
+                                 ("precision", lps[..., rows[0], rows[1]][..., None, :]),
+                                 ("force", (force @ turn)[..., None, :])):
+                image = nibabel.Nifti1Image(values.astype("i2" if name == "labels" else "f4"), affine)
+                if name == "precision":
+                    image.header.set_intent("symmetric matrix", (3,))
+                nibabel.save(image, self.folder / f"{name}.nii.gz")
+            (self.folder / "scene.toml").write_text(
+                'energy = "elastic"\n[image]\nlabels = "labels.nii.gz"\ntarget = "targets.nii.gz"\n'
+                'target_unit = "mm"\nprecision = "precision.nii.gz"\nforce = "force.nii.gz"\n'
+                f'{tissues_file}[[condition]]\nwhere = "border"\noutward = 0.0\n')
+            expected, _ = solved(self.folder, self.folder / "scene.toml")
+            np.testing.assert_allclose(found.displacement, expected @ turn, rtol=0, atol=2e-5)
+        wrong = precision.copy()
+        wrong[6, 5, 4, 0, 1] = 7.0
+        for matrices, words in ((wrong, "precision: has matrices that are not symmetric"),
+                                (precision[..., 0], "each with a matrix of 3 x 3")):
+            with self.assertRaisesRegex(ValueError, words):
+                hdmbench.solve(labels, moduli, targets=targets, precision=matrices)
+
     def test_image_of_nibabel(self):
         try:
             import nibabel

@@ -93,6 +93,8 @@ def solve(
     scene: str | PathLike[str] | None = None,
     size: int | Sequence[int] | None = None,
     conditions: Iterable[Mapping[str, Any]] | None = None,
+    precision: ArrayLike | None = None,
+    force: ArrayLike | None = None,
     energy: str | None = None,
     method: str | None = None,
     iterations: int | None = None,

@@ -77,6 +77,12 @@ struct ReadOptions {
 /// nothing is rescaled.
 [[nodiscard]] Image<VectorField> read_vector(const std::filesystem::path& file,
                                              const ReadOptions& options = {});
+/// Symmetric matrices, six components, or three of an image: row by row, each from the diagonal on, as NRRD
+/// has them (xx, xy, xz, yy, yz, zz), and so in the result, three components of an image. With a
+/// ReadOptions::physical_side they are over square millimetres, along the axes of the space, and become over
+/// square pixels of this side along the image's rows, columns and slices.
+[[nodiscard]] Image<std::vector<ScalarField>> read_matrix(const std::filesystem::path& file,
+                                                          const ReadOptions& options = {});
 /// A physical displacement in millimetres (ReadOptions::physical_side) in the image's own pixels.
 [[nodiscard]] Image<VectorField> read_displacement(const std::filesystem::path& file,
                                                    bool takes_volumes = false);

@@ -252,6 +252,11 @@ Pixels read_nifti(const std::filesystem::path& file) {
       });
     }
   }
+  if (details->intent_code == NIFTI_INTENT_SYMMATRIX && geometry.components == 6) {
+    for (std::size_t i = 0; i < pixels.values.size(); i += 6) { // xx, xy, yy, xz, yz, zz
+      std::swap(pixels.values[i + 2], pixels.values[i + 3]);
+    }
+  }
   if (details->intent_code == NIFTI_INTENT_DISPVECT) { // along NIfTI's own axes
     for (std::size_t i = 0; i < pixels.values.size(); ++i) {
       pixels.values[i] = i % geometry.components < 2 ? 0.0F - pixels.values[i] : pixels.values[i];

@@ -1,6 +1,7 @@
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/images/pixels.hpp"
 #include "harness/scene/sites.hpp"
+#include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/interruption.hpp"
 #include "kernels/data/level.hpp"
 
@@ -69,6 +70,28 @@ void require_possible_place(const std::filesystem::path& file, const images::Geo
   }
 }
 
+/// What the components of a pixel are.
+enum class Components {
+  scalar,
+  vector, ///< 2 or 3
+  matrix  ///< symmetric, row by row from the diagonal on: 3 or 6
+};
+
+/// Throws InputError where a pixel of the file cannot be such.
+void require_components(const std::filesystem::path& file, std::size_t found, Components what,
+                        bool is_volume) {
+  const std::size_t of_plane = what == Components::scalar ? 1 : what == Components::vector ? 2 : 3;
+  const std::size_t of_space = what == Components::scalar ? 1 : what == Components::vector ? 3 : 6;
+  if (found != of_space && (is_volume || found != of_plane)) {
+    const bool is_one = what == Components::scalar;
+    throw unreadable(file, fmt::format("it has {} components per {}, {} {} expected", found,
+                                       is_volume ? "voxel" : "pixel",
+                                       is_volume || is_one ? fmt::to_string(of_space)
+                                                           : fmt::format("{} or {}", of_plane, of_space),
+                                       is_one ? "is" : "are"));
+  }
+}
+
 /// What a file says, as it lies there.
 struct Stored {
   Image<std::vector<ScalarField>> image; ///< its spacing is the shortest side of a pixel
@@ -78,14 +101,11 @@ struct Stored {
 /// Returns the pixels of the slice, or of the volume, that is asked for. Throws InputError where the file has
 /// none such, or no rows and columns at right angles.
 Extent extent_to_read(const std::filesystem::path& file, const images::Geometry& geometry,
-                      const ReadOptions& options, bool is_vector) {
+                      const ReadOptions& options, Components what) {
   const std::optional<int> slice = options.slice;
   const auto& [size, spacing, origin, axes, components, stated] = geometry;
   require_possible_place(file, geometry);
-  if (is_vector ? components != 2 && components != 3 : components != 1) {
-    throw unreadable(file, fmt::format("it has {} components per pixel, {} expected", components,
-                                       is_vector ? "2 or 3 are" : "1 is"));
-  }
+  require_components(file, components, what, false);
   const int slices = size[2];
   const Extent extent{size[0], size[1], slice || !options.takes_volumes ? 1 : slices};
   if (!slice && slices > extent.depth) {
@@ -104,22 +124,20 @@ Extent extent_to_read(const std::filesystem::path& file, const images::Geometry&
   }
   if (extent.depth > 1) {
     require_volume(file, extent, geometry);
-    if (is_vector && components != 3) {
-      throw unreadable(file, "it has 2 components per voxel, 3 are expected");
-    }
+    require_components(file, components, what, true);
   }
   return extent;
 }
 
-/// One slice of a file, or the volume, one field per component: one, or of a vector two or three.
-Stored read_pixels(const std::filesystem::path& file, const ReadOptions& options, bool is_vector) {
+/// One slice of a file, or the volume, one field per component.
+Stored read_pixels(const std::filesystem::path& file, const ReadOptions& options, Components what) {
   const std::optional<int> slice = options.slice;
   const images::Pixels of_file = options.in_memory == nullptr ? images::read_pixels(file) : images::Pixels{};
   const images::Pixels& pixels = options.in_memory == nullptr ? of_file : *options.in_memory;
   images::require_reasonable_number(file, pixels.geometry);
   may_end_here();
   const auto& [size, spacing, origin, axes, components, stated] = pixels.geometry;
-  const Extent extent = extent_to_read(file, pixels.geometry, options, is_vector);
+  const Extent extent = extent_to_read(file, pixels.geometry, options, what);
   Placement placement{.origin = origin, .axes = axes};
   if (extent.depth == 1 &&
       (size[2] > 1 || spacing[2] != spacing[0])) { // else a pixel without a depth of its own
@@ -230,8 +248,8 @@ void fit(const std::filesystem::path& file, Image<std::vector<ScalarField>>& ima
 
 /// The file's image or volume, resampled to what `options` ask for.
 Image<std::vector<ScalarField>> read_fitted(const std::filesystem::path& file, const ReadOptions& options,
-                                            bool is_vector) {
-  Stored stored = read_pixels(file, options, is_vector);
+                                            Components what) {
+  Stored stored = read_pixels(file, options, what);
   fit(file, stored.image, options.size, images::linear_at, stored.aspect);
   return std::move(stored.image);
 }
@@ -250,7 +268,7 @@ void images::fit_nearest(const std::filesystem::path& file, Image<std::vector<Sc
 }
 
 Image<LabelField> read_labels(const std::filesystem::path& file, const ReadOptions& options) {
-  auto [image, aspect] = read_pixels(file, options, false);
+  auto [image, aspect] = read_pixels(file, options, Components::scalar);
   const ScalarField& stored = image.pixels.front();
   const auto wrong = std::ranges::find_if_not(stored.values, [](float value) {
     return std::abs(value) <= largest_label && value == std::floor(value);
@@ -270,7 +288,7 @@ Image<LabelField> read_labels(const std::filesystem::path& file, const ReadOptio
 }
 
 Image<ScalarField> read_scalar(const std::filesystem::path& file, const ReadOptions& options) {
-  auto image = read_fitted(file, options, false);
+  auto image = read_fitted(file, options, Components::scalar);
   return with_pixels(image, std::move(image.pixels.front()));
 }
 
@@ -295,7 +313,7 @@ Image<VectorField> along_axes(const Image<std::vector<ScalarField>>& image, doub
 } // namespace
 
 Image<VectorField> read_vector(const std::filesystem::path& file, const ReadOptions& options) {
-  auto image = read_fitted(file, options, true);
+  auto image = read_fitted(file, options, Components::vector);
   if (options.physical_side) {
     return along_axes(image, *options.physical_side);
   }
@@ -307,8 +325,34 @@ Image<VectorField> read_vector(const std::filesystem::path& file, const ReadOpti
   return with_pixels(image, std::move(field));
 }
 
+Image<std::vector<ScalarField>> read_matrix(const std::filesystem::path& file, const ReadOptions& options) {
+  auto image = read_fitted(file, options, Components::matrix);
+  const std::size_t dimensions = image.pixels.size() == 6 ? 3 : 2;
+  const std::size_t axes = image.pixels[0].extent.axes();
+  if (!options.physical_side && dimensions == axes) {
+    return image;
+  }
+  const std::array<Placement::Vector, 3> to = options.physical_side ? image.placement.axes : Placement{}.axes;
+  const double unit = options.physical_side ? *options.physical_side * *options.physical_side : 1.0;
+  std::vector<ScalarField> turned(axes * (axes + 1) / 2, ScalarField(image.pixels[0].extent));
+  for (std::size_t site = 0; site < turned[0].values.size(); ++site) {
+    for (std::size_t a = 0; a < axes; ++a) {
+      for (std::size_t b = a; b < axes; ++b) {
+        double sum = 0.0;
+        for (std::size_t i = 0; i < dimensions; ++i) {
+          for (std::size_t j = 0; j < dimensions; ++j) {
+            sum += to[a][i] * to[b][j] * double{image.pixels[symmetric_entry(dimensions, i, j)].values[site]};
+          }
+        }
+        turned[symmetric_entry(axes, a, b)].values[site] = static_cast<float>(unit * sum);
+      }
+    }
+  }
+  return with_pixels(image, std::move(turned));
+}
+
 Image<VectorField> read_displacement(const std::filesystem::path& file, bool takes_volumes) {
-  const auto image = read_fitted(file, {.takes_volumes = takes_volumes}, true);
+  const auto image = read_fitted(file, {.takes_volumes = takes_volumes}, Components::vector);
   return along_axes(image, image.spacing);
 }
 

@@ -82,7 +82,8 @@ void require_conditions_alone(const Level& level, std::string_view who) {
     throw InputError(fmt::format("the scene has {}, of which {} knows nothing: leave them out",
                                  has_laws(level)     ? "a law of large strains"
                                  : has_forces(level) ? "loads"
-                                                     : "walls to slide along",
+                                 : level.has_walls   ? "walls to slide along"
+                                                     : "targets with a precision",
                                  who));
   }
 }
@@ -181,12 +182,11 @@ void ElasticSolver::disturb(const Level& level, double poisson, const Disturbanc
   VectorField load(level.extent);
   for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
     for (std::size_t at = 0; at < level.extent.sites(); ++at) {
-      const float confidence = level.confidence[axis][at];
-      const double pull = is_spring(confidence)
-                              ? spring_stiffness(level.modulus.values[at], confidence) * other.rest[axis][at]
-                              : 0.0;
-      load[axis][at] =
-          confidence >= 1.0F ? 0.0F : static_cast<float>(unit * (double{other.force[axis][at]} + pull));
+      const double pull = spring_force(
+          level, at, axis, [&](std::size_t component) { return double{other.rest[component][at]}; });
+      load[axis][at] = level.confidence[axis][at] >= 1.0F
+                           ? 0.0F
+                           : static_cast<float>(unit * (double{other.force[axis][at]} + pull));
     }
   }
   sprung_ = true; // the load is made once, and the field begins with 0, whatever holds the body
