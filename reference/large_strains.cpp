@@ -68,6 +68,25 @@ std::optional<Response> neo_hookean(const Matrix3d& f, double mu_at_rest, double
   return response;
 }
 
+/// Adds what W = E / 8 (|F a|^2 - 1)^2 does.
+void add_fibre(const Matrix3d& f, const Eigen::Vector3d& a, double modulus, bool tension_only,
+               Response& response) {
+  const Eigen::Vector3d stretched = f * a;
+  const double longer = stretched.squaredNorm() - 1.0;
+  if (tension_only && longer <= 0.0) {
+    return;
+  }
+  response.stress += 0.5 * modulus * longer * stretched * a.transpose();
+  for (int i = 0; i < 9; ++i) {
+    Matrix3d unit = Matrix3d::Zero();
+    unit.data()[i] = 1.0;
+    const Eigen::Vector3d way = unit * a;
+    const Matrix3d column =
+        0.5 * modulus * (2.0 * stretched.dot(way) * stretched + longer * way) * a.transpose();
+    response.tangent.col(i) += Flat(column.data());
+  }
+}
+
 struct System {
   SparseMatrix lower;
   Eigen::VectorXd missing; ///< forces that are not balanced
@@ -75,10 +94,11 @@ struct System {
 
 class Body {
 public:
-  Body(const ElasticProblem& problem, const std::vector<double>& stiffening, double poisson)
-      : problem_(problem), stiffening_(stiffening), axes_(problem.extent.axes()), mu_(0.5 / (1.0 + poisson)),
-        lame_(axes_ == 3 ? poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
-                         : poisson / (1.0 - poisson * poisson)),
+  Body(const ElasticProblem& problem, const std::vector<double>& stiffening, double poisson,
+       const ReferenceFibres* fibres)
+      : problem_(problem), stiffening_(stiffening), fibres_(fibres), axes_(problem.extent.axes()),
+        mu_(0.5 / (1.0 + poisson)), lame_(axes_ == 3 ? poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
+                                                     : poisson / (1.0 - poisson * poisson)),
         rule_(ElementRule::of(problem.extent, {poisson})) {
     const bool has_walls = !problem.spring_across[0].empty();
     least_modulus_ = has_walls ? 0x1p-24 * std::ranges::max(problem.modulus) : 0.0;
@@ -211,13 +231,19 @@ private:
     const std::size_t softest = std::ranges::min(sites, {}, modulus_of);
     const bool is_void = modulus_of(softest) < least_modulus_;
     const std::size_t tissue = is_void ? softest : sites[point.node];
-    const double modulus = modulus_of(tissue) * point.weight / static_cast<double>(sites.size());
-    const std::optional<Response> response =
+    const double share = point.weight / static_cast<double>(sites.size());
+    const double modulus = modulus_of(tissue) * share;
+    std::optional<Response> response =
         is_void || stiffening_[tissue] < 0.0
             ? std::optional(hookean(deformation, modulus * mu_, modulus * lame_))
             : neo_hookean(deformation, modulus * mu_, modulus * lame_, stiffening_[tissue]);
     if (!response) {
       return false;
+    }
+    if (fibres_ != nullptr && !is_void && fibres_->modulus[tissue] > 0.0) {
+      const auto& direction = fibres_->direction;
+      add_fibre(deformation, {direction[0][tissue], direction[1][tissue], direction[2][tissue]},
+                fibres_->modulus[tissue] * share, fibres_->tension_only[tissue], *response);
     }
     element.force += gradient.transpose() * Flat(response->stress.data());
     element.stiffness += gradient.transpose() * response->tangent * gradient;
@@ -226,6 +252,7 @@ private:
 
   const ElasticProblem& problem_;
   const std::vector<double>& stiffening_;
+  const ReferenceFibres* fibres_; ///< null: there are none
   std::size_t axes_;
   double mu_;
   double lame_;
@@ -267,8 +294,8 @@ bool balance(const Body& body, double load, ReferenceField& displacement) {
 } // namespace
 
 ReferenceField solve_large_strains(const ElasticProblem& problem, const std::vector<double>& stiffening,
-                                   double poisson, int parts) {
-  const Body body(problem, stiffening, poisson);
+                                   double poisson, int parts, const ReferenceFibres* fibres) {
+  const Body body(problem, stiffening, poisson, fibres);
   ReferenceField displacement(problem.extent);
   for (int part = 1; part <= parts; ++part) {
     const double load = static_cast<double>(part) / parts;

@@ -66,6 +66,53 @@ TEST(Laws, AStressIsTheSlopeOfTheEnergyAndTurnsWithTheBody) {
   }
 }
 
+Matrix3d stress_of_fibre(const Matrix3d& h, const Eigen::Vector3d& a, double modulus, double compression) {
+  const double root = std::pow(modulus, 0.25); // of a tissue of modulus 1
+  const auto s = Laws<double>::with_fibre(
+      {}, {root * a[0], root * a[1], root * a[2], 0.5, compression},
+      {h(0, 0), h(0, 1), h(0, 2), h(1, 0), h(1, 1), h(1, 2), h(2, 0), h(2, 1), h(2, 2)});
+  Matrix3d stress;
+  stress << s.xx, s.xy, s.xz, s.yx, s.yy, s.yz, s.zx, s.zy, s.zz;
+  return stress;
+}
+
+/// W = E / 8 (|F a|^2 - 1)^2, of those that bear tension only 0 where they are shortened.
+TEST(Laws, TheStressOfAFibreIsTheSlopeOfItsEnergyAndTurnsWithTheBody) {
+  test::Uniform uniform(13);
+  const Eigen::Vector3d a = Eigen::Vector3d(2.0, -1.0, 0.5).normalized();
+  const Matrix3d turn =
+      Eigen::AngleAxisd(0.8, Eigen::Vector3d(-1.0, 0.3, 2.0).normalized()).toRotationMatrix();
+  int shortened = 0;
+  for (int i = 0; i < 50; ++i) {
+    Matrix3d gradient;
+    for (double& entry : gradient.reshaped()) {
+      entry = 0.35 * (2.0 * uniform() - 1.0);
+    }
+    const auto energy = [&](const Matrix3d& h, double compression) {
+      const double longer = ((Matrix3d::Identity() + h) * a).squaredNorm() - 1.0;
+      return 7.0 / 8.0 * longer * longer * (longer < 0.0 ? compression : 1.0);
+    };
+    for (const double compression : {0.0, 1.0}) {
+      const Matrix3d stress = stress_of_fibre(gradient, a, 7.0, compression);
+      shortened += compression == 0.0 && stress.norm() == 0.0 ? 1 : 0;
+      for (int entry = 0; entry < 9; ++entry) {
+        constexpr double step = 1e-6;
+        Matrix3d more = gradient;
+        Matrix3d less = gradient;
+        more.data()[entry] += step;
+        less.data()[entry] -= step;
+        const double slope = (energy(more, compression) - energy(less, compression)) / (2.0 * step);
+        EXPECT_NEAR(stress.data()[entry], slope, 1e-7 * (1.0 + stress.norm()));
+      }
+      const Matrix3d turned = turn * (Matrix3d::Identity() + gradient) - Matrix3d::Identity();
+      EXPECT_LT((stress_of_fibre(turned, a, 7.0, compression) - turn * stress).norm(),
+                1e-12 * (1.0 + stress.norm()));
+    }
+  }
+  EXPECT_GT(shortened, 10);
+  EXPECT_LT(shortened, 40);
+}
+
 /// What the cycle follows: the trace of the tangent, here by central differences in double.
 TEST(Laws, TheStiffnessUnderAStrainIsTheTraceOfTheTangent) {
   const Matrix3d gradient{{0.3, 0.2, -0.1}, {-0.25, -0.3, 0.15}, {0.1, 0.05, 0.25}};

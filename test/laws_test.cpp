@@ -80,11 +80,19 @@ TEST(Laws, SmallStrainsHaveTheForcesOfTheLinearEnergy) {
   }
 }
 
+/// The fibres of all sites.
+struct SameFibres {
+  std::array<double, 3> direction{0.6, 0.64, 0.48}; ///< a unit vector; of an image the first two are one
+  double ratio = 0.0; ///< of their modulus to that of the tissue; 0: there are none
+  bool tension_only = false;
+};
+
 struct Case {
   std::string name;
   std::function<void(Level&)> make;
   double poisson = 0.3;
   int parts = 2; ///< of Newton's load
+  SameFibres fibres{};
 };
 
 /// Prescribes a component where `at` says so, of a site whose coordinates are 0 ... 1.
@@ -200,6 +208,16 @@ const std::vector<Case>& cases() {
          });
        }},
       {"stiffening", [](Level& level) { shear(level, 0.4), set_law(level, 5.0F); }},
+      {"fibres", [](Level& level) { stretch(level, 0.2); }, 0.3, 2, {.ratio = 10.0}},
+      {"stiff fibres", [](Level& level) { stretch(level, 0.1); }, 0.3, 4, {.ratio = 100.0}},
+      {"fibres, tension only",
+       [](Level& level) { // they are stretched on one side of the middle and shortened on the other
+         move_middle(level, 0.1, 1.0);
+         set_law(level, 2.0F);
+       },
+       0.3,
+       2,
+       {.ratio = 5.0, .tension_only = true}},
       {"two laws",
        [](Level& level) {
          stretch(level, 0.2);
@@ -250,6 +268,30 @@ const std::vector<Case>& cases() {
   return all;
 }
 
+/// Direction and modulus of the fibres as they are, for the reference.
+ReferenceFibres fibres_of(const Level& level, const SameFibres& fibres) {
+  ReferenceFibres result;
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    result.direction[axis].assign(level.extent.sites(), fibres.direction[axis]);
+  }
+  result.modulus.assign(level.modulus.values.begin(), level.modulus.values.end());
+  std::ranges::for_each(result.modulus, [&](double& modulus) { modulus *= fibres.ratio; });
+  result.tension_only.assign(level.extent.sites(), fibres.tension_only);
+  return result;
+}
+
+void set_fibres(const SameFibres& fibres, Level& level) {
+  if (fibres.ratio == 0.0) {
+    return;
+  }
+  level.fibre = VectorField(level.extent);
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+    std::ranges::fill(level.fibre[axis],
+                      static_cast<float>(fibres.direction.at(axis) * std::pow(fibres.ratio, 0.25)));
+  }
+  level.fibre_compression = ScalarField(level.extent, fibres.tension_only ? 0.0F : 1.0F);
+}
+
 Scene scene_of(Extent extent, const Case& one) {
   Scene scene;
   use_energy(scene, energy_near(ReferenceSolution::finite_elements));
@@ -261,6 +303,7 @@ Scene scene_of(Extent extent, const Case& one) {
   std::ranges::fill(level.modulus.values, 1.0F);
   set_law(level, neo_hookean);
   one.make(level);
+  set_fibres(one.fibres, level);
   set_inverse_modulus(level);
   scene.elastic.poisson = one.poisson;
   return scene;
@@ -271,9 +314,10 @@ TEST(Laws, SolutionsAreThoseOfNewtonsMethod) {
     for (const Case& one : cases()) {
       const Scene scene = scene_of(extent, one);
       const Level& level = scene.full;
+      const ReferenceFibres fibres = fibres_of(level, one.fibres);
       const ReferenceField truth = solve_large_strains(
           elastic_problem(level), {level.stiffening.values.begin(), level.stiffening.values.end()},
-          one.poisson, one.parts);
+          one.poisson, one.parts, one.fibres.ratio > 0.0 ? &fibres : nullptr);
       const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
       int cycles = 0;
       const Solution found = solve_by_laws(scene.full, scene.elastic, *session, 1e-4,
@@ -288,6 +332,13 @@ TEST(Laws, SolutionsAreThoseOfNewtonsMethod) {
           extent.text(), one.name, cycles, *found.least_volume, error, *found.estimated_error, law);
       EXPECT_LT(error, 1e-4) << one.name;
       EXPECT_GT(law, 10.0 * error) << one.name << ": the law does not matter";
+      if (one.fibres.ratio > 0.0) {
+        Level without = level;
+        without.fibre = {};
+        const Solution bare =
+            solve_by_laws(without, scene.elastic, *session, 1e-4, [](const LawStep& /*step*/) {});
+        EXPECT_GT(rmsd(ReferenceField(bare.displacement), truth), 100.0 * error) << one.name;
+      }
     }
   }
 }
@@ -335,7 +386,9 @@ TEST(Laws, AUniformStrainGoesThrough) {
 TEST(Laws, EveryBackendAndAnyNumberOfThreadsHasTheSameBits) {
   for (const Extent extent : {Extent{61, 50}, Extent{9, 8, 10}, Extent{35, 34, 33}}) {
     const bool is_large = extent.sites() > sites_worth_threads; // for processors: shaders take long
-    const Scene scene = scene_of(extent, cases()[5]);
+    Case middle_moved = cases()[5];
+    middle_moved.fibres = {.ratio = extent.axes() == 3 ? 3.0 : 0.0, .tension_only = is_large};
+    const Scene scene = scene_of(extent, middle_moved);
     std::optional<VectorField> first;
     std::vector<std::pair<const Backend*, int>> all{{&test::find("openmp"), 1}, {&test::find("openmp"), 2}};
     for (const Backend* const backend : test::present_backends()) {

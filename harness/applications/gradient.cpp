@@ -112,7 +112,8 @@ private:
       return InDouble::Tissue{modulus * mu_, modulus * lame_, -1.0};
     };
     (void)InDouble::for_each_force_by_law(
-        [&](int axis) { return corners(adjoint_, static_cast<std::size_t>(axis), sites); }, tissue, sides_,
+        [&](int axis) { return corners(adjoint_, static_cast<std::size_t>(axis), sites); }, tissue,
+        [](int /*corner*/) { return InDouble::NoFibre{}; }, sides_,
         [&](int along, int corner, double force) {
           const auto axis = static_cast<std::size_t>(along);
           const std::size_t site = sites[static_cast<std::size_t>(corner)];

@@ -194,6 +194,10 @@ GoldenInputs hash_inputs(const Scene& scene) {
   if (has_laws(scene.full)) {
     hash.add(scene.full.stiffening);
   }
+  if (has_fibres(scene.full)) {
+    hash.add(scene.full.fibre);
+    hash.add(scene.full.fibre_compression);
+  }
   GoldenInputs inputs{.scene = hash.value(), .levels = {}};
   if (scene.energy->is_of_cells()) {
     inputs.levels = {hierarchy_hash(make_elastic_hierarchy(scene.full, scene.elastic))};

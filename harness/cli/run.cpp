@@ -1,5 +1,6 @@
 #include "harness/check/compare.hpp"
 #include "harness/cli/arguments.hpp"
+#include "harness/cli/run_conditions.hpp"
 #include "harness/cli/run_files.hpp"
 #include "harness/cli/run_points.hpp"
 #include "harness/cli/run_spread.hpp"
@@ -12,7 +13,6 @@
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
-#include "harness/scene/walls.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/request.hpp"
 #include "harness/solve/solve.hpp"
@@ -186,53 +186,6 @@ json plan_row(const Scene& scene, const Request& request, const Plan& plan) {
   return row;
 }
 
-/// Prints what became of the pixels of the images of targets, and puts it into the row of the run; nothing of
-/// a scene without such.
-void report_observations(const Scene& scene, json& row) {
-  if (const auto& observed = scene.observed) {
-    row["observations"] = {{"given", observed->given},
-                           {"acting", observed->acting},
-                           {"exact", observed->exact},
-                           {"farthest_px", observed->farthest}};
-    fmt::print("  {} pixels with a target: {} act, {} are certain{}\n", observed->given, observed->acting,
-               observed->exact,
-               observed->exact > 0 ? fmt::format(" and met to {:.2g} px", observed->farthest) : "");
-  }
-}
-
-/// Prints what pulls in all, and puts it into the row of the run; nothing of a scene without loads.
-void report_loads(const Scene& scene, json& row) {
-  if (has_forces(scene.full)) {
-    const std::array<double, 3> sum = resultant_of_loads(scene);
-    row["loads"] = {{"resultant_N", sum}};
-    fmt::print("  loads: {:.3g} N{} in all (LPS)\n", fmt::join(sum, ", "),
-               scene.extent().axes() == 3 ? "" : " per mm of thickness");
-  }
-}
-
-/// Prints how far walls gave way, and puts it into the row of the run; nothing of a scene without such.
-void report_walls(const Scene& scene, const VectorField& displacement, json& row) {
-  if (const WallReport walls = walls_under(scene.full, displacement); walls.sites > 0) {
-    row["walls"] = {{"sites", walls.sites}, {"gave_way_px", walls.gave_way}};
-    fmt::print("  {} {} slide along walls, which give way by {:.2g} px at most\n", walls.sites,
-               scene.extent().axes() == 3 ? "voxels" : "pixels", walls.gave_way);
-  }
-}
-
-/// Prints how much of the scene is void, and puts it into the row of the run; nothing of one without.
-void report_void(const Scene& scene, json& row) {
-  const float least = scene.energy->is_of_cells() ? void_modulus(scene.full) : 0.0F;
-  if (const auto sites =
-          std::ranges::count_if(scene.full.modulus.values, [&](float modulus) { return modulus < least; });
-      sites > 0) {
-    row["void_sites"] = sites;
-    fmt::print(
-        "  {} {} are void: the displacement there goes on smoothly from what is around, and no tissue has "
-        "it\n",
-        sites, scene.extent().axes() == 3 ? "voxels" : "pixels");
-  }
-}
-
 /// A scene that was solved, by a plan or by its own method.
 struct Solved {
   const Scene& scene;
@@ -326,10 +279,7 @@ void print_result(const Call& call, const Solved& solved, json& row) {
     fmt::print("  estimated distance from finite elements {:.2g} {}\n", *solution.estimated_error,
                solved.unit());
   }
-  report_observations(solved.scene, row);
-  report_loads(solved.scene, row);
-  report_walls(solved.scene, solution.displacement, row);
-  report_void(solved.scene, row);
+  report_conditions(solved.scene, solution.displacement, row);
   report_points(solved.scene, solution.displacement, solved.left_out, row);
   report_spread(call, solved.scene, solved.how_sure, row);
   if (!solved.absurd.empty()) {

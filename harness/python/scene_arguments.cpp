@@ -122,7 +122,10 @@ SceneToLoad load_of_file(const SceneArguments& given, SceneOptions options) {
   if (!with_targets) {
     refuse({{"targets", &given.targets}}, "the scene's files say it");
   }
-  refuse({{"confidence", &given.confidence}, {"precision", &given.precision}, {"force", &given.force}},
+  refuse({{"confidence", &given.confidence},
+          {"precision", &given.precision},
+          {"force", &given.force},
+          {"fibre", &given.fibre}},
          "the scene's files say it");
   add_points(given, with_targets, Space::lps, options);
   const std::string name = path_of(has_scene ? given.scene : given.labels);
@@ -160,8 +163,10 @@ SceneToLoad load_of_arrays(const SceneArguments& given, SceneOptions options) {
   if (!given.precision.is_none()) {
     in_memory->images.emplace("precision", matrices_of(image, "precision", given.precision));
   }
-  if (!given.force.is_none()) {
-    in_memory->images.emplace("force", vectors_of(image, "force", given.force, true));
+  for (const auto& [name, vectors] : {std::pair{"force", &given.force}, {"fibre", &given.fibre}}) {
+    if (!vectors->is_none()) {
+      in_memory->images.emplace(name, vectors_of(image, name, *vectors, true));
+    }
   }
   add_points(given, with_targets, image.space, options);
   return {.load =

@@ -15,6 +15,7 @@ struct SceneArguments {
   py::object labels, tissues, points, targets, confidence, modulus, spacing, affine, scene, size, conditions;
   py::object precision = py::none();
   py::object force = py::none();
+  py::object fibre = py::none();
 };
 
 /// What they come to. The scene is loaded later, without the GIL.

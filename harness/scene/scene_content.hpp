@@ -18,6 +18,13 @@
 /// Everything here throws InputError with file, line and what to do.
 namespace hdmbench {
 
+/// The fibres of a tissue.
+struct Fibres {
+  double modulus = 0.0;                         ///< MPa, above 0
+  std::optional<Placement::Vector> direction{}; ///< in the patient's space, of any length; none: an image's
+  bool tension_only = true;
+};
+
 /// What the pixels are made of, before conditions.
 struct Content {
   std::map<int, double> densities{}; ///< of labels that have one, kg/m^3
@@ -35,6 +42,8 @@ struct Content {
   std::vector<std::string> idle{};      ///< as of Scene
   std::optional<Precision> precision{}; ///< of [image], which acts beside all other conditions
   VectorField force{};                  ///< of [image], as Level has it; empty: there is none
+  VectorField fibre{};                  ///< of [image], along its axes, of any length; empty: there is none
+  std::map<int, Fibres> fibres{};       ///< of labels that have such
 };
 
 /// A scene file that is shipped or on the disk, or what is in memory in place of one.
@@ -123,7 +132,11 @@ struct Tissue {
   float gray = 0.0F;
   std::optional<double> density{};   ///< kg/m^3
   std::optional<float> stiffening{}; ///< as Level has it; none: the scene's own
+  std::optional<Fibres> fibres{};
 };
+
+/// Reads fibre_modulus, fibre and fibre_tension_only of a [[tissue]]; none without the first.
+[[nodiscard]] std::optional<Fibres> read_fibres(TomlReader& tissue);
 
 /// Reads the [[tissue]] tables. `shown`: whether their gray values are what a picture shows.
 [[nodiscard]] std::map<int, Tissue> read_tissues(TomlReader& scene, bool shown);
@@ -144,6 +157,10 @@ void fill_void(TomlReader& scene, const RegisteredEnergy& energy, Level& level);
 /// where that is not empty; leaves it empty where all are linear. `energy` is the one that will be minimised.
 void apply_laws(TomlReader& scene, const Content& content, const RegisteredEnergy& energy,
                 const std::string& law, Level& level);
+
+/// Sets level.fibre from the fibres of labels; leaves it empty where there are none. After apply_laws():
+/// fails where a tissue with fibres is linear, or nothing says where they lead.
+void apply_fibres(TomlReader& scene, const Content& content, Level& level);
 
 /// Adds the [[points]] of a scene, whose files are looked for in `folder`, those of options.points (none, a
 /// file of pairs, or one of before and one of after) and options.pairs to scene.points, and lets all but

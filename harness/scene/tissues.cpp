@@ -45,6 +45,9 @@ void read_void(TomlReader& table, Tissue& tissue) {
   if (tissue.stiffening.value_or(linear_law) >= 0.0F) {
     table.fail("law", "must be \"linear\" where modulus is 0: void has none");
   }
+  if (tissue.fibres) {
+    table.fail("fibre_modulus", "has no effect where modulus is 0: void has no fibres");
+  }
   tissue.density = 0.0;
   tissue.stiffening = linear_law;
 }
@@ -72,6 +75,7 @@ std::map<int, Tissue> read_tissues(TomlReader& scene, bool shown) {
     (void)table.has("source");
     table.read("density", tissue.density);
     tissue.stiffening = read_law(table);
+    tissue.fibres = read_fibres(table);
     if (tissue.modulus == 0.0F) {
       read_void(table, tissue);
     }
@@ -119,6 +123,9 @@ void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Con
   for (const auto& [label, of_label] : tissues) {
     if (of_label.stiffening) {
       content.stiffening.emplace(label, *of_label.stiffening);
+    }
+    if (of_label.fibres && !idle.contains(label)) {
+      content.fibres.emplace(label, *of_label.fibres);
     }
     if (of_label.density) {
       content.densities.emplace(label, *of_label.density);

@@ -103,6 +103,16 @@ public:
     return force;
   }
 
+  /// Directions along the image's axes.
+  VectorField fibre(Extent sites) {
+    require_own_pixels("fibre", sites);
+    VectorField fibre = read("fibre", true, 1.0, read_vector);
+    require(image_, "fibre", fibre, [](float value) {
+      return std::isfinite(value) ? nullptr : "must be finite; 0 is a pixel without fibres";
+    });
+    return fibre;
+  }
+
   VectorField start() {
     VectorField start = read("start", false, {}, read_vector);
     require(image_, "start", start,
@@ -155,7 +165,7 @@ void read_vector_images(TomlReader& image, const SceneText& file, std::optional<
                         Content& content, Scene& scene) {
   VectorImages images(image, file, size, content);
   const bool is_of_cells = scene.energy->is_of_cells();
-  for (const std::string_view key : {"deviation", "precision", "force"}) {
+  for (const std::string_view key : {"deviation", "precision", "force", "fibre"}) {
     image.refuse_unless(is_of_cells, key);
   }
   image.refuse_unless(!is_of_cells, "start");
@@ -170,6 +180,9 @@ void read_vector_images(TomlReader& image, const SceneText& file, std::optional<
   }
   if (image.has("force")) {
     content.force = images.force(scene.extent());
+  }
+  if (image.has("fibre")) {
+    content.fibre = images.fibre(scene.extent());
   }
   if (image.has("start")) {
     scene.start = images.start();

@@ -77,8 +77,8 @@ void require_sides(Extent extent) {
 Level without_fields(const Level& level) {
   // A new member has to be named here, or this does not compile: it is kept below unless it is an array.
   const auto& [extent, energy, target, confidence, modulus, inverse_modulus, inputs, penalty, steps, update,
-               rule, inverse_curvature, strengths, seed, sides, force, stiffening, springs, has_walls] =
-      level;
+               rule, inverse_curvature, strengths, seed, sides, force, stiffening, fibre, fibre_compression,
+               springs, has_walls] = level;
   return {.extent = extent,
           .energy = energy,
           .penalty = penalty,
@@ -155,6 +155,11 @@ void validate(const Level& level) {
   if (has_laws(level)) {
     require_size(level.stiffening.values.size(), level.stiffening.extent, level.extent, "the stiffening");
     require(level.stiffening.values, level.extent, "the stiffening", "finite", is_finite);
+  }
+  if (has_fibres(level)) {
+    validate(level.fibre, level.extent, "the fibre");
+    require_size(level.fibre_compression.values.size(), level.fibre_compression.extent, level.extent,
+                 "the compression of fibres");
   }
   for (const std::vector<float>& entry : level.springs) {
     require_size(entry.size(), level.extent, level.extent, "a field of springs");

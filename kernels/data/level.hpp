@@ -59,6 +59,12 @@ struct Level {
   /// How every site's tissue answers to large strains (specification/laws): 0 is neo-Hookean, above 0
   /// stiffens with the strain, below 0 is linear. Empty: all are linear. Elastic energies alone know it.
   ScalarField stiffening{};
+  /// The fibres of every site's tissue: a unit vector along them, times the fourth root of their modulus over
+  /// the tissue's (specification/laws/fibres.inc). Empty: there are none. Laws of large strains alone know
+  /// it.
+  VectorField fibre{};
+  ScalarField
+      fibre_compression{}; ///< 0: they bear tension only; 1: they bear the same when they are shortened
   /// What pulls a site to its target by direction, times the modulus of the site: symmetric_entry() of a
   /// matrix (elastic/springs.hpp). Empty: there is none. Elastic energies alone know it.
   std::vector<std::vector<float>> springs{};
@@ -69,6 +75,10 @@ struct Level {
 /// Whether some tissue has a law of large strains.
 [[nodiscard]] inline bool has_laws(const Level& level) {
   return !level.stiffening.values.empty();
+}
+
+[[nodiscard]] inline bool has_fibres(const Level& level) {
+  return !level.fibre[0].empty();
 }
 
 /// Whether anything but conditions moves the sites.

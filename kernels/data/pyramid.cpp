@@ -124,6 +124,14 @@ Level sample_level(const Level& full, Extent extent, Alignment alignment, Materi
     level.stiffening = ScalarField(extent);
     sample(sites, full.stiffening.values, level.stiffening.values);
   }
+  if (has_fibres(full)) {
+    level.fibre = VectorField(extent);
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      sample(sites, full.fibre[axis], level.fibre[axis]);
+    }
+    level.fibre_compression = ScalarField(extent);
+    sample(sites, full.fibre_compression.values, level.fibre_compression.values);
+  }
   for (const std::vector<float>& entry : full.springs) {
     sample(sites, entry, level.springs.emplace_back(extent.sites()));
   }

@@ -240,6 +240,21 @@ class InSpace(InFolder):
             with self.assertRaisesRegex(ValueError, words):
                 hdmbench.solve(labels, moduli, targets=targets, precision=matrices)
 
+    def test_fibres_turn_with_the_space(self):
+        """An array of fibres is in the space of the affine, a [[tissue]]'s in LPS."""
+        labels = labels_of(self.shape)
+        along = np.array([0.6, -0.48, 0.64])
+        conditions = [{"where": "left", "dx": 0.0, "dy": 0.0, "dz": 0.0}, {"where": "right", "dx": 1.0}]
+        for affine in self.affines():
+            def solved(tissue, fibre=None):
+                tissues = {label: {"modulus": 3.0, "law": "neo-hookean", **tissue}
+                           for label in np.unique(labels).tolist()}
+                return hdmbench.solve(labels, tissues, fibre=fibre, affine=affine, conditions=conditions).displacement
+            of_array = solved({"fibre_modulus": 60.0}, np.broadcast_to(along, (*self.shape, 3)))
+            of_tissue = solved({"fibre_modulus": 60.0, "fibre": (along * [-1, -1, 1]).tolist()})
+            np.testing.assert_allclose(of_array, of_tissue, rtol=0, atol=2e-5)
+            self.assertGreater(np.abs(of_array - solved({})).max(), 0.01)
+
     def test_image_of_nibabel(self):
         try:
             import nibabel

@@ -95,6 +95,7 @@ def solve(
     conditions: Iterable[Mapping[str, Any]] | None = None,
     precision: ArrayLike | None = None,
     force: ArrayLike | None = None,
+    fibre: ArrayLike | None = None,
     energy: str | None = None,
     method: str | None = None,
     iterations: int | None = None,

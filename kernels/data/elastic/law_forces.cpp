@@ -20,6 +20,7 @@ using LawsInFloat = Laws<float>;
 struct CellConstants {
   float mu = 0.0F;
   float lame = 0.0F;
+  float half_modulus = 0.0F;
   LawsInFloat::Sides sides{};
   float least_modulus = 0.0F;
 };
@@ -30,6 +31,8 @@ struct Rows {
   std::array<std::array<const float*, 4>, 3> displacement{};
   std::array<const float*, 4> modulus{};
   std::array<const float*, 4> stiffening{};
+  std::array<std::array<const float*, 4>, 3> fibre{}; ///< not read where there are none
+  std::array<const float*, 4> compression{};
 };
 
 /// What cells do, one array after the other, each as long as a row of them: 24 forces, the volume.
@@ -40,6 +43,7 @@ struct Made {
 };
 
 /// A function of its own, so that the loop over cells becomes one of vectors.
+template <bool has_fibres>
 HDM_FUNCTION void make_cell(const CellConstants& material, const Rows& rows, const Made& made,
                             std::size_t i) {
   const auto displacement = [&](int axis) HDM_INLINED {
@@ -47,9 +51,10 @@ HDM_FUNCTION void make_cell(const CellConstants& material, const Rows& rows, con
     return LawsInFloat::Volume::CellCorners{of[0][i], of[0][i + 1], of[1][i], of[1][i + 1],
                                             of[2][i], of[2][i + 1], of[3][i], of[3][i + 1]};
   };
-  const auto modulus_at = [&](int corner) HDM_INLINED {
-    return rows.modulus[static_cast<std::size_t>(corner) >> 1][i + (static_cast<std::size_t>(corner) & 1)];
+  const auto value_at = [&](const std::array<const float*, 4>& of, int corner) HDM_INLINED {
+    return of[static_cast<std::size_t>(corner) >> 1][i + (static_cast<std::size_t>(corner) & 1)];
   };
+  const auto modulus_at = [&](int corner) HDM_INLINED { return value_at(rows.modulus, corner); };
   float softest = modulus_at(0);
   for (int corner = 1; corner < 8; ++corner) {
     const float modulus = modulus_at(corner);
@@ -58,21 +63,31 @@ HDM_FUNCTION void make_cell(const CellConstants& material, const Rows& rows, con
   const bool is_void = softest < material.least_modulus;
   const auto tissue = [&](int corner) HDM_INLINED {
     const float modulus = is_void ? softest : modulus_at(corner);
-    const float stiffening =
-        rows.stiffening[static_cast<std::size_t>(corner) >> 1][i + (static_cast<std::size_t>(corner) & 1)];
+    const float stiffening = value_at(rows.stiffening, corner);
     return LawsInFloat::Tissue{modulus * material.mu, modulus * material.lame, is_void ? -1.0F : stiffening};
   };
+  const auto fibre = [&](int corner) HDM_INLINED {
+    if constexpr (has_fibres) {
+      const float half_modulus = is_void ? 0.0F : modulus_at(corner) * material.half_modulus;
+      return LawsInFloat::Fibre{value_at(rows.fibre[0], corner), value_at(rows.fibre[1], corner),
+                                value_at(rows.fibre[2], corner), half_modulus,
+                                value_at(rows.compression, corner)};
+    } else {
+      return LawsInFloat::NoFibre{};
+    }
+  };
   made.volumes[i] = LawsInFloat::for_each_force_by_law(
-      displacement, tissue, material.sides, [&](int axis, int corner, float force) HDM_INLINED {
+      displacement, tissue, fibre, material.sides, [&](int axis, int corner, float force) HDM_INLINED {
         made.forces[static_cast<std::size_t>(8 * axis + corner) * made.cells + i] = force;
       });
 }
 
+template <bool has_fibres>
 HDM_WIDE_VECTORS void make_cells(const CellConstants& material, const Rows& rows, const Made& made,
                                  std::size_t begin, std::size_t end) {
 #pragma omp simd
   for (std::size_t i = begin; i < end; ++i) {
-    make_cell(material, rows, made, i);
+    make_cell<has_fibres>(material, rows, made, i);
   }
 }
 
@@ -162,11 +177,19 @@ private:
       }
       rows.modulus[row] = level_.modulus.values.data() + at[row];
       rows.stiffening[row] = has_laws(level_) ? level_.stiffening.values.data() + at[row] : linear_.data();
+      if (has_fibres(level_)) {
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          rows.fibre[axis][row] =
+              axis < level_.extent.axes() ? level_.fibre[axis].data() + at[row] : none_.data();
+        }
+        rows.compression[row] = level_.fibre_compression.values.data() + at[row];
+      }
     }
-    const auto& [mu, lame, sides, least_modulus] = laws_.constants_;
-    make_cells({mu, lame, {sides[0], sides[1], sides[2]}, least_modulus}, rows,
-               {forces_.data(), volumes_.data(), cells_}, static_cast<std::size_t>(cells.begin),
-               static_cast<std::size_t>(cells.end));
+    const auto& [mu, lame, half_modulus, sides, least_modulus] = laws_.constants_;
+    const auto make = has_fibres(level_) ? make_cells<true> : make_cells<false>;
+    make({mu, lame, half_modulus, {sides[0], sides[1], sides[2]}, least_modulus}, rows,
+         {forces_.data(), volumes_.data(), cells_}, static_cast<std::size_t>(cells.begin),
+         static_cast<std::size_t>(cells.end));
     for (std::size_t row = 0; row < 4; ++row) {
       const int of_last_axis = is_volume ? z + static_cast<int>(row >> 1) : y + static_cast<int>(row & 1);
       if (of_last_axis >= begin && of_last_axis < end) {
@@ -219,6 +242,7 @@ LawForces::LawForces(const Level& level, const ElasticModel& model) : level_(lev
   const bool has_walls = has_laws(level) && level.has_walls;
   constants_ = {.mu = static_cast<float>(unit / (2.0 * (1.0 + nu))),
                 .lame = static_cast<float>(unit * lame),
+                .half_modulus = static_cast<float>(0.5 * unit),
                 .least_modulus = has_walls ? void_modulus(level) : 0.0F};
   std::ranges::transform(level.sides, constants_.one_over_sides.begin(),
                          [](double side) { return static_cast<float>(1.0 / side); });

@@ -47,6 +47,7 @@ private:
   struct Constants {
     float mu = 0.0F; ///< Lame's constants for a modulus of 1, in the unit of sessions
     float lame = 0.0F;
+    float half_modulus = 0.0F; ///< a half of a modulus of 1, in that unit
     std::array<float, 3> one_over_sides{};
     float least_modulus = 0.0F; ///< of a corner; below it all of the cell is void
   };

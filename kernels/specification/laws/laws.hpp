@@ -13,27 +13,35 @@ struct Laws : ElasticVolume<Scalar, true> {
   using typename Volume::Coefficients;
 #define HDM_NUMBER(value) real(value)
 #include "kernels/specification/laws/neo_hookean.inc"
-// What a cell is made of comes after the law.
+// What may be in any tissue, and what a cell is made of, come after the law.
 #include "kernels/specification/laws/cell.inc"
+#include "kernels/specification/laws/fibres.inc"
 #undef HDM_NUMBER
 
+  /// A tissue without fibres.
+  struct NoFibre {};
+  HDM_FUNCTION Stress with_fibre(const Stress& stress, NoFibre /*none*/, const Gradient& /*h*/) {
+    return stress;
+  }
+
   /// Calls take(axis, corner, force) with what a cell does to its corners, whose displacements are
-  /// `displacement`(axis) and whose tissues `tissue`(corner), and returns the least share of its volume that
-  /// is left at a Gauss point of tissue with a law of large strains, at most 1 where some is linear.
-  template <typename Displacement, typename TissueAt, typename Take>
+  /// `displacement`(axis), whose tissues `tissue`(corner) and whose fibres `fibre`(corner), and returns the
+  /// least share of its volume that is left at a Gauss point of tissue with a law of large strains, at most 1
+  /// where some is linear.
+  template <typename Displacement, typename TissueAt, typename FibreAt, typename Take>
   HDM_FUNCTION real for_each_force_by_law(const Displacement& displacement, const TissueAt& tissue,
-                                          Sides sides, const Take& take) {
+                                          const FibreAt& fibre, Sides sides, const Take& take) {
     const Gradients at = gradients_of(slopes_at_points(Volume::coefficients_of(displacement(0)), sides),
                                       slopes_at_points(Volume::coefficients_of(displacement(1)), sides),
                                       slopes_at_points(Volume::coefficients_of(displacement(2)), sides));
-    const Stress s000 = stress_of(tissue(0), at.p000);
-    const Stress s100 = stress_of(tissue(1), at.p100);
-    const Stress s010 = stress_of(tissue(2), at.p010);
-    const Stress s110 = stress_of(tissue(3), at.p110);
-    const Stress s001 = stress_of(tissue(4), at.p001);
-    const Stress s101 = stress_of(tissue(5), at.p101);
-    const Stress s011 = stress_of(tissue(6), at.p011);
-    const Stress s111 = stress_of(tissue(7), at.p111);
+    const Stress s000 = with_fibre(stress_of(tissue(0), at.p000), fibre(0), at.p000);
+    const Stress s100 = with_fibre(stress_of(tissue(1), at.p100), fibre(1), at.p100);
+    const Stress s010 = with_fibre(stress_of(tissue(2), at.p010), fibre(2), at.p010);
+    const Stress s110 = with_fibre(stress_of(tissue(3), at.p110), fibre(3), at.p110);
+    const Stress s001 = with_fibre(stress_of(tissue(4), at.p001), fibre(4), at.p001);
+    const Stress s101 = with_fibre(stress_of(tissue(5), at.p101), fibre(5), at.p101);
+    const Stress s011 = with_fibre(stress_of(tissue(6), at.p011), fibre(6), at.p011);
+    const Stress s111 = with_fibre(stress_of(tissue(7), at.p111), fibre(7), at.p111);
     const auto all = [&](real Stress::*part) HDM_INLINED {
       return AtPoints{s000.*part, s100.*part, s010.*part, s110.*part,
                       s001.*part, s101.*part, s011.*part, s111.*part};
