@@ -72,20 +72,49 @@ void add_finite_elements(Problem& problem, double /*knob*/) {
 }
 
 /// The same of neo-Hookean tissue; empty where Newton's method finds none.
-void add_neo_hookean_elements(Problem& problem, double /*knob*/) {
+void find_large_strains(Problem& problem, const ReferenceFibres* fibres) {
   const Scene& scene = problem.scene;
   constexpr int parts = 8; // of the load
   try {
     problem.truth =
         solve_large_strains(elastic_problem(scene.full), std::vector<double>(scene.extent().sites()),
-                            scene.elastic.poisson, parts);
+                            scene.elastic.poisson, parts, fibres);
   } catch (const InputError&) {
     problem.truth = {};
   }
 }
 
+void add_neo_hookean_elements(Problem& problem, double /*knob*/) {
+  find_large_strains(problem, nullptr);
+}
+
 void be_neo_hookean(Problem& problem, double /*knob*/) {
   problem.scene.full.stiffening = ScalarField(problem.scene.extent());
+}
+
+constexpr std::array<double, 3> along_fibres{0.8, 0.6, 0.0}; ///< a unit vector
+
+/// Fibres in all tissues, so many times as stiff as each.
+void add_fibre_elements(Problem& problem, double ratio) {
+  const Level& level = problem.scene.full;
+  ReferenceFibres fibres{.direction = {},
+                         .modulus = {level.modulus.values.begin(), level.modulus.values.end()},
+                         .tension_only = std::vector<bool>(level.extent.sites())};
+  std::ranges::for_each(fibres.modulus, [&](double& modulus) { modulus *= ratio; });
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    fibres.direction[axis].assign(level.extent.sites(), along_fibres[axis]);
+  }
+  find_large_strains(problem, &fibres);
+}
+
+void have_fibres(Problem& problem, double ratio) {
+  Level& level = problem.scene.full;
+  level.fibre = VectorField(level.extent);
+  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+    const double component = along_fibres[axis] * std::sqrt(std::sqrt(ratio));
+    std::ranges::fill(level.fibre[axis], static_cast<float>(component));
+  }
+  level.fibre_compression = ScalarField(level.extent, 1.0F);
 }
 
 /// Of a volume whose elements have a third of the side and the same moduli at the same places.
@@ -278,6 +307,9 @@ const std::map<std::string_view, Step> steps{
     {"middle moved", move_middle},
     {"neo-Hookean", be_neo_hookean},
     {"neo-Hookean elements", add_neo_hookean_elements},
+    {"moved by a tenth of the scene's way", [](Problem& problem, double) { move_by(problem, 10.0); }},
+    {"fibres", have_fibres},
+    {"elements with fibres", add_fibre_elements},
     {"selective integration",
      [](Problem& problem, double) { problem.scene.elastic.integration = Integration::selective_reduced; }},
     {"finite elements that bulge",
