@@ -234,6 +234,20 @@ TEST_F(PageInBrowser, SortsTablesAndCopiesThem) {
     same("csv", copied.split("\n").slice(0, 2), ["scene,size,backend,method,seconds,over dense scalar", 'square,600,"a, ""b""",icm,0.0105,5']);)");
 }
 
+/// What was not timed has no row with 0 s, and is named.
+TEST_F(PageInBrowser, NamesWhatWasNotTimed) {
+  json absent = bench_row("cuda", 300, 0.0, 0.0);
+  absent.update({{"valid", false},
+                 {"seconds", json::array()},
+                 {"speed_up_over_scalar", nullptr},
+                 {"reason", "no driver"}});
+  write("bench.json", "bench", json::array({bench_row("openmp", 300, 0.02, 20.0), absent}));
+  make();
+  expect_page(R"(
+    same("timed", column(2).filter((value) => !value.startsWith("thesis")), ["openmp"]);
+    same("named", texts("#speed-over-sizes p").join(" "), /Not timed: cuda \(no driver\)\./);)");
+}
+
 TEST_F(PageInBrowser, SwitchesSeriesScenesAndCells) {
   write("tradeoff.json", "tradeoff",
         json::array({point("icm", 0.001, 0.2), point("icm", 0.01, 0.1), point("multigrid", 0.002, 0.01),

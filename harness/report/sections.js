@@ -258,7 +258,11 @@ function speed(rows, data) {
   const scenes = [...group_by(rows, chart_of)].sort(([, a], [, b]) => b.length - a.length).map(([scene]) => [scene]);
   const work = (row) => (row.thesis ? "published" : row.work || (row.method?.includes("active") ? "active" : row.method));
   const draw = ({ scene }) => {
-    const here = all.filter((row) => chart_of(row) === scene)
+    const of_scene = all.filter((row) => chart_of(row) === scene);
+    const was_timed = (row) => row.seconds_median > 0;
+    const missing = distinct(of_scene.filter((row) => !was_timed(row))
+      .map((row) => ({ words: row.backend + (row.reason ? ` (${row.reason})` : "") })), "words");
+    const here = of_scene.filter(was_timed)
       .sort((a, b) => a.width - b.width || a.seconds_median - b.seconds_median);
     const curves = group_by(here, (row) => `${row.backend}\n${work(row)}\n${row.threads}`);
     const series = [...curves.values()].map((curve) => series_of({ backend: curve[0].backend, sites: work(curve[0]) }, curve, {
@@ -276,6 +280,7 @@ function speed(rows, data) {
         y: { title: "seconds of a whole solution", format: seconds },
       }),
       table_of(here, PAGE.tables.speed),
+      ...(missing.length > 0 ? [text(`Not timed: ${missing.join(", ")}.`)] : []),
     ];
   };
   return [

@@ -25,7 +25,7 @@ bool is_semidefinite(std::array<std::array<double, 3>, 3> matrix, std::size_t ax
     }
     for (std::size_t row = pivot + 1; row < axes; ++row) {
       if (matrix[pivot][pivot] <= rounding) {
-        // Of a semidefinite matrix an entry is at most the root of the product of the two on its diagonal.
+        // An entry of a semidefinite matrix is at most the root of the product of the two on its diagonal.
         if (std::abs(matrix[row][pivot]) > std::sqrt(2.0 * rounding * trace)) {
           return false;
         }
