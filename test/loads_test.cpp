@@ -204,6 +204,10 @@ TEST(Loads, AnImageOfForcesIsInThePatientsSpace) {
     EXPECT_GT(expected.full.force[1][21], 0.0F);
     expect_refusal([&] { (void)load("", "force = \"f.nrrd\"\n", {.as_cubes = true}); },
                    "force takes the file's own pixels");
+    (void)folder.write("l.nrrd", header("uchar", 3, "") + std::string(32, '\1') + std::string(32, '\2'));
+    const Scene half = load("[[tissue]]\nlabel = 2\nmodulus = 0\n", "force = \"f.nrrd\"\n");
+    EXPECT_EQ(half.full.force[1][21], found.full.force[1][21]);
+    EXPECT_EQ(half.full.force[1][42], 0.0F) << "void carries nothing";
   }
 }
 

@@ -178,8 +178,7 @@ std::string why_no_gradient(const Scene& scene) {
     return scene.full.has_walls
                ? "gradients are those of conditions by components, and the scene has walls to slide along"
                : "gradients are those of conditions by components, and the scene has a precision, which is "
-                 "by "
-                 "direction";
+                 "by direction";
   }
   if (has_laws(scene.full)) {
     return "gradients are those of linear tissue, and some has a law of large strains";

@@ -92,12 +92,13 @@ void add_pressure(TomlReader& load, const Content& content, Extent extent, Force
   }
 }
 
-Forces forces_of_image(const VectorField& force) {
+/// Returns them without those on void, which carries nothing.
+Forces forces_of_image(const VectorField& force, const Level& level) {
   const Extent extent = force.extent;
   Forces forces(extent.axes(), std::vector<double>(extent.sites()));
   for_each_site(extent, [&](int x, int y, int z) {
     const std::size_t site = extent.index(x, y, z);
-    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    for (std::size_t axis = 0; axis < extent.axes() && level.modulus.values[site] > 0.0F; ++axis) {
       forces[axis][site] = double{force[axis][site]} * share_along(extent, 0, x) * share_along(extent, 1, y) *
                            share_along(extent, 2, z);
     }
@@ -113,7 +114,7 @@ std::vector<std::string> apply_loads(TomlReader& scene, const Content& content,
   Forces forces;
   bool weighs = false;
   if (!content.force[0].empty()) {
-    forces = forces_of_image(content.force);
+    forces = forces_of_image(content.force, level);
   }
   for (TomlReader& load : scene.tables("load")) {
     if (!energy.takes_forces) {

@@ -24,7 +24,9 @@ void require(TomlReader& image, std::string_view key, const VectorField& field, 
         image.fail(
             key, fmt::format("{} (its value at {} is {})", why, field.extent.place(site), field[axis][site]));
       }
-      require_possible_displacement(image, key, key == "deviation" ? 0.0 : double{field[axis][site]});
+      if (key == "target" || key == "start") {
+        require_possible_displacement(image, key, double{field[axis][site]});
+      }
     }
   }
 }
