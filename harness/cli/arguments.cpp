@@ -4,6 +4,7 @@
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/schedule_keys.hpp"
 #include "harness/solve/request.hpp"
+#include "harness/solve/unloading.hpp"
 
 #include <unistd.h>
 
@@ -109,6 +110,7 @@ Scene scene_of(const Call& call, const Option<std::string>& name) {
                               .energy = call.schedule.energy_to_be(),
                               .as_cubes = !call.schedule.takes_boxes});
   call.schedule.apply(scene);
+  unload(scene);
   return scene;
 }
 
@@ -215,6 +217,7 @@ std::vector<SceneLoader> scene_loaders(const Call& call, const std::vector<std::
                                             .energy = call.schedule.energy_to_be(method),
                                             .as_cubes = !call.schedule.takes_boxes});
             call.schedule.apply(scene, method);
+            unload(scene);
             return scene;
           });
         });

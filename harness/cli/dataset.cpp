@@ -11,6 +11,7 @@
 #include "harness/scene/given_scene.hpp"
 #include "harness/scene/images/npz.hpp"
 #include "harness/scene/scene_content.hpp"
+#include "harness/solve/unloading.hpp"
 
 #include <array>
 #include <cmath>
@@ -176,6 +177,7 @@ Deformation drawn(const DataSet& set, int number, Solver& solver, Progress& prog
     options.pairs.push_back(point_pair(point, std::to_string(options.pairs.size() + 1)));
   }
   one.scene = make_scene(set.given, options);
+  unload(one.scene);
   if (set.recipe.moduli > 0.0) {
     one.scene = with_drawn_moduli(one.scene, set.recipe.moduli, random);
   }

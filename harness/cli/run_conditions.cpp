@@ -37,6 +37,15 @@ void report_loads(const Scene& scene, json& row) {
   }
 }
 
+/// Prints what was taken out, and puts it into the row of the run; nothing of a scene without such.
+void report_resected(const Scene& scene, json& row) {
+  if (const auto& resected = scene.resected) {
+    row["resected"] = {{"sites", resected->sites}, {"sag_px", resected->sag}};
+    fmt::print("  {} {} are taken out; the loads of before had moved the body by {:.2g} px at most\n",
+               resected->sites, scene.extent().axes() == 3 ? "voxels" : "pixels", resected->sag);
+  }
+}
+
 /// Prints how far walls gave way, and puts it into the row of the run; nothing of a scene without such.
 void report_walls(const Scene& scene, const VectorField& displacement, json& row) {
   if (const WallReport walls = walls_under(scene.full, displacement); walls.sites > 0) {
@@ -80,6 +89,7 @@ void report_void(const Scene& scene, json& row) {
 
 void report_conditions(const Scene& scene, const VectorField& displacement, json& row) {
   report_observations(scene, row);
+  report_resected(scene, row);
   report_loads(scene, row);
   report_walls(scene, displacement, row);
   report_fibres(scene, row);

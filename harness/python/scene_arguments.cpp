@@ -2,6 +2,7 @@
 
 #include "harness/scene/files.hpp"
 #include "harness/scene/method.hpp"
+#include "harness/solve/unloading.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -135,6 +136,7 @@ SceneToLoad load_of_file(const SceneArguments& given, SceneOptions options) {
     own.law = schedule.law;
     Scene scene = load_scene(name, own);
     schedule.apply(scene);
+    unload(scene);
     return scene;
   }};
 }
@@ -176,6 +178,7 @@ SceneToLoad load_of_arrays(const SceneArguments& given, SceneOptions options) {
                 own.law = schedule.law;
                 Scene scene = make_scene(std::move(*in_memory), own);
                 schedule.apply(scene);
+                unload(scene);
                 return scene;
               },
           .space = image.space,

@@ -290,6 +290,12 @@ void apply(TomlReader& scene, const Condition& condition, const LabelField& labe
   }
 }
 
+/// Whether it says where something stays: observations and what moves sites came later.
+bool only_holds(const Condition& condition) {
+  return condition.confidence >= 1.0 && condition.outward.value_or(0.0) == 0.0 &&
+         std::ranges::all_of(condition.along, [](const auto& along) { return along.value_or(0.0) == 0.0; });
+}
+
 /// Whether it measures distances along all axes from sites outside, which the file's own pixels, where others
 /// were made of them, do not tell as well.
 bool is_metric(const Condition& condition) {
@@ -314,7 +320,7 @@ LabelField labels_of_pixels(const Content& content, const PixelPositions& at) {
 } // namespace
 
 std::vector<std::string> apply_conditions(TomlReader& scene, const Content& content, bool may_be_springs,
-                                          Level& level) {
+                                          Level& level, When when) {
   const bool is_oblong = content.oblong && !has_equal_sides(*content.oblong);
   const PixelPositions at =
       is_oblong ? positions_of(*content.oblong, content.spacing, content.placement) : PixelPositions{};
@@ -328,6 +334,9 @@ std::vector<std::string> apply_conditions(TomlReader& scene, const Content& cont
   for (TomlReader& table : scene.tables("condition")) {
     const Condition condition = read_condition(table, may_be_springs, content.spacing, level.extent);
     ++number;
+    if (when == When::before && !only_holds(condition)) {
+      continue;
+    }
     if (condition.slides && is_oblong) {
       table.fail("slide",
                  "takes the file's own pixels, which have other sides along the axes and are resampled "

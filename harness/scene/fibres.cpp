@@ -51,8 +51,8 @@ void apply_fibres(TomlReader& scene, const Content& content, Level& level) {
   level.fibre_compression = ScalarField(level.extent);
   for (std::size_t site = 0; site < level.extent.sites(); ++site) {
     const auto found = content.fibres.find(content.labels.values[site]);
-    if (found == content.fibres.end()) {
-      continue;
+    if (found == content.fibres.end() || level.modulus.values[site] == 0.0F) {
+      continue; // void has none
     }
     const auto& [modulus, direction, tension_only] = found->second;
     if (!has_laws(level) || level.stiffening.values[site] < 0.0F) {

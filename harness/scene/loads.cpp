@@ -109,14 +109,22 @@ Forces forces_of_image(const VectorField& force, const Level& level) {
 } // namespace
 
 std::vector<std::string> apply_loads(TomlReader& scene, const Content& content,
-                                     const RegisteredEnergy& energy, Level& level) {
+                                     const RegisteredEnergy& energy, Level& level, When when) {
   const Extent extent = level.extent;
   Forces forces;
   bool weighs = false;
-  if (!content.force[0].empty()) {
+  bool acted = false;
+  if (!content.force[0].empty() && when == When::now) {
     forces = forces_of_image(content.force, level);
   }
   for (TomlReader& load : scene.tables("load")) {
+    bool was_there = false;
+    load.read("before", was_there);
+    acted = acted || was_there;
+    weighs = weighs || load.has("gravity");
+    if (was_there != (when == When::before)) {
+      continue;
+    }
     if (!energy.takes_forces) {
       scene.fail("load",
                  fmt::format("is nothing that the {} energy knows; give energy = \"elastic\"", energy.name));
@@ -127,7 +135,6 @@ std::vector<std::string> apply_loads(TomlReader& scene, const Content& content,
     }
     if (load.has("gravity")) {
       add_gravity(load, content, level, forces);
-      weighs = true;
     } else {
       add_pressure(load, content, extent, forces);
     }
@@ -140,9 +147,14 @@ std::vector<std::string> apply_loads(TomlReader& scene, const Content& content,
     }
   }
   const auto has_weight = [](double density) { return density > 0.0; }; // void says 0 by itself
-  return weighs || std::ranges::none_of(content.densities | std::views::values, has_weight)
-             ? std::vector<std::string>()
-             : std::vector<std::string>{"the density of a [[tissue]], as no [[load]] has a gravity"};
+  std::vector<std::string> idle;
+  if (!weighs && std::ranges::any_of(content.densities | std::views::values, has_weight)) {
+    idle.emplace_back("the density of a [[tissue]], as no [[load]] has a gravity");
+  }
+  if (acted && !scene.has("resect")) {
+    idle.emplace_back("a [[load]] with before = true, as no [[resect]] takes out what bore it");
+  }
+  return idle;
 }
 
 std::array<double, 3> resultant_of_loads(const Scene& scene) {

@@ -181,6 +181,7 @@ auto with_line(const std::string& file, const Call& call) {
 /// Reads what moves the sites. `energy`: that will be minimised.
 void read_conditions(TomlReader& reader, const SceneText& file, const SceneOptions& options,
                      const RegisteredEnergy& energy, Content& content, Scene& scene) {
+  scene.before = take_out(reader, content, energy, options.law, scene.full);
   scene.idle = apply_conditions(reader, content, scene.energy->is_of_cells(), scene.full);
   std::ranges::move(content.idle, std::back_inserter(scene.idle));
   apply_points(reader, file.folder, options, content, scene);
@@ -213,8 +214,8 @@ void read_integration(TomlReader& reader, Scene& scene) {
     return;
   }
   reader.read("integration", integration_names, scene.elastic.integration);
-  if (has_laws(scene.full) && scene.elastic.integration != Integration::full) {
-    reader.fail("integration", "must be \"full\" where a tissue has a law of large strains");
+  if ((has_laws(scene.full) || scene.before) && scene.elastic.integration != Integration::full) {
+    reader.fail("integration", "must be \"full\" where a tissue has a law of large strains, or is taken out");
   }
 }
 
@@ -348,6 +349,7 @@ void require_memory(const Scene& scene) {
   const Extent extent = scene.extent();
   const double of_laws =
       has_laws(scene.full) ? 90.0 : 0.0; // the peak of `run ball --size 200x200x200` was 207
+  const double of_before = scene.before ? 11.0 * sizeof(float) : 0.0;
   double of_long_cells = 0.0;
   if (scene.energy->is_of_cells()) {
     // A site of a coarse level has so many, by the peaks of `run` with boxes of 1 x 1 x 5 and 1 x 5 x 5: 156
@@ -356,7 +358,7 @@ void require_memory(const Scene& scene) {
     of_long_cells = sizeof(float) * floats *
                     (coarse_share(extent, scene.full.sides) - coarse_share(extent, {1.0, 1.0, 1.0}));
   }
-  require_memory(extent, bytes_per_site(extent, *scene.energy) + of_laws + of_long_cells);
+  require_memory(extent, bytes_per_site(extent, *scene.energy) + of_laws + of_before + of_long_cells);
 }
 
 std::vector<std::string> shipped_scenes() {

@@ -87,6 +87,12 @@ struct ObservationWeight {
   [[nodiscard]] float product() const;
 };
 
+/// Tissue that was taken out of a loaded body.
+struct Resected {
+  std::size_t sites = 0; ///< that are void now
+  double sag = 0.0;      ///< how far the loads of before had moved a site of the body at most, pixels
+};
+
 /// A problem at full resolution together with the way the thesis solves it.
 struct Scene {
   std::string name;                 ///< "square"
@@ -106,6 +112,10 @@ struct Scene {
   const RegisteredEnergy* energy = &usual_energy(); ///< that the displacement minimises; never null
   const RegisteredEnergy* stated_energy = nullptr;  ///< that the scene file names itself; null: none
   ElasticModel elastic{}; ///< for finite elements and the elastic energy; HDM has no such thing
+  /// The body before tissue was taken out of it: what holds it, and the loads that act on it all the time.
+  /// None: nothing was, or unload() (harness/solve/unloading.hpp) has made forces of what that carried.
+  std::optional<Level> before{};
+  std::optional<Resected> resected{}; ///< what unload() took out; none: nothing
   /// Declared, and checked by verify: every intermediate of every sweep is exact in float32, so that no
   /// compiler's choice of operations can change a bit.
   bool exact = false;

@@ -110,21 +110,34 @@ void add_usual_keys(toml::table& root);
 void read_vector_images(TomlReader& image, const SceneText& file, std::optional<Extent> size,
                         Content& content, Scene& scene);
 
+/// Which state of a body: that of its image, or the one that is asked for.
+enum class When { before, now };
+
 /// Applies the [[condition]] tables of a scene to level.target and level.confidence in order, later ones over
 /// earlier ones. Displacements are pixels at every size, or millimetres, of which content.spacing make a
 /// pixel. Where the file's pixels are oblong, the conditions are on these, and carried to the sites. Its
 /// labels tell where "outside" (label 0) is. Only conditions that may be springs know a deviation
-/// (RegisteredEnergy::is_of_cells). Returns, as of Scene::idle, what has no effect.
+/// (RegisteredEnergy::is_of_cells). Before, only those that hold were there. Returns, as of Scene::idle, what
+/// has no effect.
 [[nodiscard]] std::vector<std::string> apply_conditions(TomlReader& scene, const Content& content,
-                                                        bool may_be_springs, Level& level);
+                                                        bool may_be_springs, Level& level,
+                                                        When when = When::now);
 
 /// Adds up the content's forces and the [[load]] tables in level.force: a gravity (m/s^2 in the patient's
 /// space, LPS) pulls at what the densities of tissues are, a pressure (MPa) pushes the sites of one label
 /// away from those of another beside them. Sites on the border of the image stand for a half of a pixel.
-/// `energy` is the one that will be minimised; moduli are MPa, and gravity needs to know millimetres.
-/// Returns, as of Scene::idle, what has no effect.
+/// `energy` is the one that will be minimised; moduli are MPa, and gravity needs to know millimetres. Loads
+/// with before = true are those of before alone. Returns, as of Scene::idle, what has no effect.
 [[nodiscard]] std::vector<std::string> apply_loads(TomlReader& scene, const Content& content,
-                                                   const RegisteredEnergy& energy, Level& level);
+                                                   const RegisteredEnergy& energy, Level& level,
+                                                   When when = When::now);
+
+/// Takes the labels of [[resect]] out of the level (modulus 0). Returns the body with them, as its image has
+/// it: what holds it, and the loads of before; none where nothing is taken out. `energy` is the one that will
+/// be minimised, `law` as of apply_laws().
+[[nodiscard]] std::optional<Level> take_out(TomlReader& scene, const Content& content,
+                                            const RegisteredEnergy& energy, const std::string& law,
+                                            Level& level);
 
 /// A [[tissue]] table.
 struct Tissue {

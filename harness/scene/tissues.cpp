@@ -154,6 +154,13 @@ void fill_void(TomlReader& scene, const RegisteredEnergy& energy, Level& level) 
     for (std::size_t site = 0; site < moduli.size(); ++site) {
       moduli[site] = empty[site] ? 0.0F : moduli[site];
     }
+    const auto clear = [&](std::vector<float>& of_sites) {
+      for (std::size_t site = 0; site < of_sites.size(); ++site) {
+        of_sites[site] = empty[site] ? 0.0F : of_sites[site];
+      }
+    };
+    std::ranges::for_each(level.force.planes, clear); // void weighs nothing, and no wall holds it
+    std::ranges::for_each(level.springs, clear);
   }
   const float stiffest = std::ranges::max(moduli);
   const float filling = 0.5F * void_share * stiffest;

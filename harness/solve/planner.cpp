@@ -8,6 +8,7 @@
 #include "harness/solve/sampled_image.hpp"
 #include "harness/solve/set_aside.hpp"
 #include "harness/solve/stopwatch.hpp"
+#include "harness/solve/unloading.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/law_forces.hpp"
 #include "kernels/data/elastic/springs.hpp"
@@ -458,6 +459,7 @@ Plan solve_as_needed(Scene& scene, const Request& request, const Backend& backen
 }
 
 Plan solve_as_needed(Scene& scene, const Request& request, Solver& solver, Progress& progress) {
+  require_unloaded(scene);
   require_positive(request.accuracy, "the accuracy asked for (px)");
   require_positive(request.seconds, "the time asked for (s)");
   if (scene.energy->near != ReferenceSolution::finite_elements) {

@@ -2,6 +2,7 @@
 
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/elastic.hpp"
+#include "harness/solve/unloading.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/modulus.hpp"
 
@@ -47,6 +48,7 @@ Solution Solver::solve(const Scene& scene, Progress& progress, const SolveOption
       throw InputError(fmt::format("{} {}; use --backend scalar", backend_.name(), why));
     }
   }
+  require_unloaded(scene);
   if (scene.energy->is_of_cells()) {
     return solve_elastic(scene, elastic(), progress, options);
   }

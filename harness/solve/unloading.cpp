@@ -1,0 +1,111 @@
+#include "harness/solve/unloading.hpp"
+
+#include "backends/cpu/cpu.hpp"
+#include "harness/scene/sites.hpp"
+#include "harness/solve/methods/elastic.hpp"
+#include "harness/solve/methods/laws.hpp"
+#include "kernels/data/elastic/hierarchy.hpp"
+#include "kernels/data/elastic/law_forces.hpp"
+#include "kernels/data/elastic/springs.hpp"
+#include "kernels/data/input_error.hpp"
+#include "kernels/data/modulus.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <stdexcept>
+#include <utility>
+#include <vector>
+
+namespace hdmbench {
+
+namespace {
+
+/// The loads of before are balanced to this share of the displacement by them, RMS, and by laws of large
+/// strains to so many pixels.
+constexpr double share_of_sag = 1e-6;
+constexpr double accuracy_by_laws = 0.01 * usual_law_accuracy;
+constexpr int most_steps = 1000;
+
+/// Returns how far its loads move the body, pixels.
+VectorField sag_of(const Scene& scene, Level before) {
+  scale_moduli(before, exponent_to_safe_moduli(modulus_range(before.modulus)));
+  const auto session = make_openmp()->open_elastic({});
+  const auto fail = [&](std::string_view why) {
+    throw InputError(fmt::format("before anything was taken out of {}: {}", scene.name, why));
+  };
+  try {
+    if (has_laws(before)) {
+      Solution solution =
+          solve_by_laws(before, scene.elastic, *session, accuracy_by_laws, [](const LawStep&) {});
+      if (!solution.failure.empty()) {
+        fail(solution.failure);
+      }
+      return std::move(solution.displacement);
+    }
+    ElasticSolver solver(before, scene.elastic, *session);
+    return solve_to_share(share_of_sag, most_steps, before, solver).displacement;
+  } catch (const InputError& error) {
+    fail(error.what());
+    throw;
+  }
+}
+
+/// Returns which sites have tissue, and are not void.
+std::vector<bool> with_tissue(const Level& level) {
+  const float least = void_modulus(level);
+  std::vector<bool> sites;
+  sites.reserve(level.extent.sites());
+  for (const float modulus : level.modulus.values) {
+    sites.push_back(modulus >= least);
+  }
+  return sites;
+}
+
+} // namespace
+
+void unload(Scene& scene) {
+  if (!scene.before) {
+    return;
+  }
+  const Level before = std::exchange(scene.before, std::nullopt).value();
+  Level& full = scene.full;
+  const Extent extent = full.extent;
+  const VectorField sag = sag_of(scene, before);
+  Resected report{.sag = largest_component(sag)};
+  const std::vector<bool> left = with_tissue(full);
+  std::vector<bool> resected = with_tissue(before);
+  std::transform(resected.begin(), resected.end(), left.begin(), resected.begin(),
+                 [](bool was_there, bool is_there) { return was_there && !is_there; });
+  report.sites = static_cast<std::size_t>(std::ranges::count(resected, true));
+  VectorField missing;
+  (void)LawForces(full, scene.elastic)(sag, missing);
+  const double unit = force_unit(full, scene.elastic.poisson);
+  if (!has_forces(full)) {
+    full.force = VectorField(extent);
+  }
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    for (std::size_t site = 0; site < extent.sites(); ++site) {
+      if (full.confidence[axis][site] >= 1.0F) {
+        continue;
+      }
+      double force = double{missing[axis][site]} / unit;
+      if (!resected[site]) { // what held and pulled it does so all the time
+        force += double{before.force[axis][site]};
+        force -=
+            spring_force(before, site, axis, [&](std::size_t other) { return double{sag[other][site]}; });
+      }
+      full.force[axis][site] += static_cast<float>(force);
+    }
+  }
+  scene.resected = report;
+}
+
+void require_unloaded(const Scene& scene) {
+  if (scene.before) {
+    throw std::logic_error(fmt::format(
+        "tissue is taken out of {}, and nothing has unloaded it: call unload() before", scene.name));
+  }
+}
+
+} // namespace hdmbench
