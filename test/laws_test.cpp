@@ -9,12 +9,15 @@
 #include "kernels/data/elastic/law_forces.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/large_strains.hpp"
+#include "reference/position_based.hpp"
 #include "test/files.hpp"
 #include "test/scenes.hpp"
 #include "test/sessions.hpp"
 
 #include <Eigen/LU>
 #include <omp.h>
+
+#include <set>
 
 namespace hdmbench {
 namespace {
@@ -470,6 +473,33 @@ TEST(Laws, AreRefusedByWhatIsLinear) {
   loaded.full.stiffening = {};
   loaded.full.force = VectorField(scene.extent());
   EXPECT_THROW(RegionSheet(everywhere, loaded, *session), InputError);
+}
+
+/// A rival has the laws, the elements and the loads of the truth, or its distance says nothing.
+TEST(Laws, PositionBasedDynamicsComeNearToNewtonsMethod) {
+  const std::set<std::string_view> same{"stretch", "compression", "stiffening", "two laws", "boxes", "loads"};
+  std::size_t seen = 0;
+  for (const Extent extent : {Extent{15, 13}, Extent{7, 8, 7}}) {
+    for (const Case& one : cases()) {
+      if (!same.contains(one.name)) {
+        continue; // moduli that differ a hundredfold are not its strength
+      }
+      ++seen;
+      const Scene scene = scene_of(extent, one);
+      const ElasticProblem problem = elastic_problem(scene.full);
+      const std::vector<float>& stiffening = scene.full.stiffening.values;
+      const std::vector<double> tissues(stiffening.begin(), stiffening.end());
+      const ReferenceField truth = solve_large_strains(problem, tissues, one.poisson, one.parts);
+      const double size = rmsd(truth, ReferenceField(extent));
+      const double error = rmsd(relax_positions(problem, tissues, one.poisson, 500), truth) / size;
+      const double early = rmsd(relax_positions(problem, tissues, one.poisson, 10), truth) / size;
+      fmt::print("{:9} {:22} off by {:.2g} of the field after 500 sweeps, {:.2g} after 10\n", extent.text(),
+                 one.name, error, early);
+      EXPECT_LT(error, 0.1) << one.name;
+      EXPECT_GT(early, 0.15) << one.name << ": it takes sweeps";
+    }
+  }
+  EXPECT_EQ(seen, 2 * same.size());
 }
 
 } // namespace

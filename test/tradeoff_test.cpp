@@ -115,6 +115,53 @@ TEST_F(Tradeoff, ChartsTheBackendsThatWereNamed) {
   }
 }
 
+/// The thesis's energy knows neither laws nor loads: the elastic one and its rivals are left.
+TEST_F(Tradeoff, ChartsLawsAndLoadsAgainstTheirOwnTruth) {
+  use_energy(scene_, energy_near(ReferenceSolution::finite_elements));
+  for (std::vector<float>& component : scene_.full.target.planes) {
+    std::ranges::for_each(component, [](float& target) { target *= 0.1F; });
+  }
+  scene_.full.stiffening = ScalarField(scene_.extent());
+  const std::vector<Judged> laws = measured({&scalar_, &openmp_}, {});
+  const auto of = [](const std::vector<Judged>& rows, std::string_view method) {
+    std::vector<Judged> some;
+    std::ranges::copy_if(rows, std::back_inserter(some),
+                         [&](const Judged& row) { return row.method == method; });
+    return some;
+  };
+  for (const Judged& row : laws) {
+    EXPECT_EQ(row.status, JudgedStatus::ok) << row.method << ": " << row.reason;
+    EXPECT_FALSE(row.deviations.to_fem_no_poisson || row.deviations.to_fixed_point || row.mean_energy);
+    if (row.asked) {
+      EXPECT_LT(row.deviations.to_fem, *row.asked) << row.backend;
+    }
+  }
+  EXPECT_EQ(of(laws, requested_name).size(), 10U);
+  ASSERT_EQ(of(laws, "newton").size(), 1U);
+  EXPECT_EQ(of(laws, "newton").front().deviations.to_fem, 0.0);
+  ASSERT_EQ(of(laws, elastic_conjugate_gradients).size(), 1U);
+  const Judged linear = of(laws, elastic_conjugate_gradients).front();
+  EXPECT_EQ(linear.variant, linear_law);
+  EXPECT_GT(linear.deviations.to_fem, 0.02) << "the law does not matter";
+  const std::vector<Judged> positions = of(laws, "xpbd");
+  ASSERT_EQ(positions.size(), 4U);
+  EXPECT_LT(positions[3].deviations.to_fem, positions[0].deviations.to_fem);
+  const nlohmann::json equal = compare_at(scene_, laws, 0.01);
+  EXPECT_EQ(equal["against"], "FEM");
+  EXPECT_EQ(equal["direct"]["method"], "newton");
+  EXPECT_EQ(equal["ours"]["method"], requested_name);
+
+  scene_.full.stiffening = {};
+  scene_.full.force = VectorField(scene_.extent());
+  scene_.full.force[0][scene_.extent().index(16, 16)] = 30.0F;
+  const std::vector<Judged> loads = measured({&scalar_, &openmp_}, {});
+  EXPECT_EQ(of(loads, "fem").size(), 1U);
+  EXPECT_EQ(of(loads, "icm").size(), 0U);
+  const std::vector<Judged> steps = of(loads, elastic_conjugate_gradients);
+  ASSERT_GT(steps.size(), 3U);
+  EXPECT_LT(std::ranges::min(steps, {}, error_to_chart).deviations.to_fem, 1e-3);
+}
+
 TEST_F(Tradeoff, PlantedFaultsAreKeptWithTheirReason) {
   const auto spoil = [](float value) {
     return [value](VectorField& field) { field[0][field[0].size() / 2] += value; };

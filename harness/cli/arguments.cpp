@@ -214,6 +214,7 @@ std::vector<SceneLoader> scene_loaders(const Call& call, const std::vector<std::
         loaders.push_back([&call, name, extent, method] {
           return load_unless_missing(name, !call[option::scenes].empty(), [&] {
             Scene scene = load_scene(name, {.size = extent,
+                                            .law = call[option::law],
                                             .energy = call.schedule.energy_to_be(method),
                                             .as_cubes = !call.schedule.takes_boxes});
             call.schedule.apply(scene, method);

@@ -14,9 +14,12 @@ namespace hdmbench::commands {
 
 namespace {
 
-const Option<std::vector<std::string>>
-    accuracies("--at", "Accuracies at which the fastest are compared: RMSD to FEM with nu 0",
-               {"0.35px", "0.01px"});
+using std::string_view_literals::operator""sv;
+
+const Option<std::vector<std::string>> accuracies("--at",
+                                                  "Accuracies at which the fastest are compared: RMSD to FEM "
+                                                  "with nu 0, of laws and\nloads with the scene's nu",
+                                                  {"0.35px", "0.01px"});
 
 /// "fem, nu 0.3", "icm on openmp", "icm: step set without 0".
 std::string name_of(const Judged& row) {
@@ -130,7 +133,7 @@ int run_accuracy(Call& call) {
 
 /// `equal`: as compare_at has it.
 void print_equal_accuracy(const json& equal) {
-  constexpr std::string_view at = "  At {target:.3g} px to FEM nu 0: ";
+  constexpr std::string_view at = "  At {target:.3g} px to {against}: ";
   const json& ours = equal["ours"];
   if (ours.is_null()) {
     if (!equal["nearest"].is_null()) {
@@ -144,18 +147,25 @@ void print_equal_accuracy(const json& equal) {
   for (const auto& [key, title] : {std::pair("direct", "direct FEM"),
                                    {"iterative", "FEM by conjugate gradients"},
                                    {"multigrid", "FEM by multigrid of others"},
-                                   {"coarse", "FEM on a coarse mesh"}}) {
+                                   {"coarse", "FEM on a coarse mesh"},
+                                   {"positions", "position-based dynamics"}}) {
     const json& rival = equal[key];
-    fmt::print("    {} {}\n", title,
-               rival.is_null()
-                   ? "was not measured, or is nowhere that near."
-                   : row_text("({effort}, {seconds_median_text}) takes {ratio:.3g} times as long.", rival));
+    const bool is_meant =
+        equal["against"] == "FEM nu 0" ? key != "positions"sv : key == "direct"sv || key == "positions"sv;
+    if (is_meant || !rival.is_null()) {
+      fmt::print("    {} {}\n", title,
+                 rival.is_null()
+                     ? "was not measured, or is nowhere that near."
+                     : row_text("({effort}, {seconds_median_text}) takes {ratio:.3g} times as long.", rival));
+    }
   }
 }
 
 /// The line that repeats a point: `run` solves by methods, this command by rivals.
 std::string repeat(const Call& call, const Scene& scene, const Judged& row) {
-  const std::string where = fmt::format("{} --size {}", shell_word(scene.source), scene.extent().text("x"));
+  const std::string law = row.variant == linear_law ? std::string(law_names[0]) : call[option::law];
+  const std::string where = fmt::format("{} --size {}{}", shell_word(scene.source), scene.extent().text("x"),
+                                        law.empty() ? "" : " --law " + law);
   if (row.is_rival) {
     return fmt::format("hdmbench tradeoff {} --methods {}{}", where, row.method,
                        schedule_words(call.schedule));
@@ -201,7 +211,8 @@ int run_tradeoff(Call& call) {
       [&](const Scene& scene, const std::vector<Judged>& rows, const json& own, json& results) {
         json shown = json::array();
         for (std::size_t i = 0; i < rows.size(); ++i) {
-          if (!rows[i].seconds.empty() && (rows[i].is_on_front || rows[i].asked)) {
+          if (!rows[i].seconds.empty() &&
+              (rows[i].is_on_front || rows[i].asked || !rows[i].variant.empty())) {
             shown.push_back(own[i]);
           }
         }
@@ -334,8 +345,8 @@ void add_tradeoff(CLI::App& program, Call& call) {
       "conjugate gradients and on a coarse mesh, interpolation), timed and measured against the truths.\n"
       "Prints the Pareto front per scene; the report draws the chart. Exit status 1 where a field is not\n"
       "scalar's to the bit.",
-      {comparison_options().without({"--method", "--iterations", "--update", "--steps"}), accuracies,
-       Options(option::repeat, "Samples per point, fewer where they take long", 5)});
+      {comparison_options().without({"--method", "--iterations", "--update", "--steps"}), option::law,
+       accuracies, Options(option::repeat, "Samples per point, fewer where they take long", 5)});
 }
 
 void add_continuum(CLI::App& program, Call& call) {

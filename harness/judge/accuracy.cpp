@@ -69,6 +69,7 @@ void add_thesis_methods(const Scene& scene, bool quick, Judge& judge) {
 
 std::vector<Judged> measure_accuracy(const Scene& scene, std::span<const Backend* const> backends,
                                      const JudgeOptions& options, Progress& progress) {
+  require_known_pixels(scene, usual_energy());
   Judge judge(scene, backends, options, progress);
   for (const Rival& rival : rivals(scene, judge.truths(), true)) {
     if (rival.told.method != "fem-cg" && rival.told.method != "fem-amg") { // the same field as fem

@@ -54,12 +54,12 @@ struct Judged {
   std::vector<double> seconds{};                  ///< raw samples of the whole solution; none without a field
   std::vector<LevelResult> levels{};              ///< of methods
   std::optional<double> fine_sweep_equivalents{}; ///< site updates over sites of the image; none for rivals
-  nlohmann::json differences{};      ///< the picture of JudgeOptions::pictures: {pictures, limit, against}
-  double mean_energy = 0.0;          ///< the thesis's, of any field; where there are seconds
-  Deviations deviations{};           ///< where there are seconds
-  std::optional<double> asked{};     ///< the accuracy that was asked for, pixels
-  std::optional<double> estimated{}; ///< the method's own estimate, pixels
-  bool is_on_front = false;          ///< median seconds against RMSD to FEM nu 0, over all rows of status ok
+  nlohmann::json differences{};        ///< the picture of JudgeOptions::pictures: {pictures, limit, against}
+  std::optional<double> mean_energy{}; ///< the thesis's, of any field; where it knows the scene
+  Deviations deviations{};             ///< where there are seconds
+  std::optional<double> asked{};       ///< the accuracy that was asked for, pixels
+  std::optional<double> estimated{};   ///< the method's own estimate, pixels
+  bool is_on_front = false; ///< median seconds against error_to_chart(), over all rows of status ok
 
   /// Sets the status, and why it is not ok.
   void fail(JudgedStatus why, std::string what) {
@@ -68,13 +68,19 @@ struct Judged {
   }
 };
 
+/// Returns the RMSD to finite elements with Poisson ratio 0; where no energy but the elastic one knows the
+/// scene, to the scene's own. Pixels.
+[[nodiscard]] inline double error_to_chart(const Judged& row) {
+  return row.deviations.to_fem_no_poisson.value_or(row.deviations.to_fem);
+}
+
 /// The row as it stands in a result file. Lengths and displacements are pixels; what does not apply is left
 /// out.
 [[nodiscard]] nlohmann::json to_json(const Scene& scene, const Judged& row);
 
 /// What else solves a scene. Names beside those of the methods.
-inline constexpr std::array<std::string_view, 6> rival_names{"fem",        "fem-cg",      "fem-amg",
-                                                             "fem-coarse", "fixed-point", "interpolation"};
+inline constexpr std::array<std::string_view, 8> rival_names{
+    "fem", "fem-cg", "fem-amg", "fem-coarse", "newton", "xpbd", "fixed-point", "interpolation"};
 
 /// One setting of a rival.
 struct Rival {
@@ -89,6 +95,9 @@ struct Rival {
 /// finite elements, the fixed point, interpolation of the conditions. Both must outlive them. With `quick`
 /// one setting of each.
 [[nodiscard]] std::vector<Rival> rivals(const Scene& scene, const Truths& truths, bool quick);
+/// The same of a scene that is_of_tissue(): finite elements factorised; by laws Newton's method, and
+/// position-based dynamics as simulators have them, at rising numbers of sweeps.
+[[nodiscard]] std::vector<Rival> rivals_of_tissue(const Scene& scene, const Truths& truths, bool quick);
 
 /// Where a method is measured.
 enum class Where {

@@ -82,6 +82,23 @@ void require_known(const std::vector<std::string>& names) {
   }
 }
 
+/// The accuracies that are asked for, pixels.
+std::vector<double> requests(bool quick) {
+  return quick ? std::vector{1.0, 0.1} : std::vector{5.0, 2.0, 1.0, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01};
+}
+
+Setting requested(const Scene& scene, double asked, double poisson) {
+  Setting setting{{.method = std::string(requested_name),
+                   .effort = fmt::format("{:.3g} px asked", asked),
+                   .poisson_used = poisson,
+                   .asked = asked},
+                  scene,
+                  Where::main_place};
+  use_energy(setting.scene, energy_near(ReferenceSolution::finite_elements));
+  setting.scene.elastic.poisson = poisson;
+  return setting;
+}
+
 bool is_result(const Judged& row) {
   return row.status == JudgedStatus::ok && !row.seconds.empty();
 }
@@ -92,7 +109,43 @@ nlohmann::json setting(const Judged* row) {
                                          {"effort", row->effort},
                                          {"backend", row->backend},
                                          {"seconds_median", median(row->seconds)},
+                                         {"rmsd_to_fem", row->deviations.to_fem},
                                          {"rmsd_to_fem_nu0", row->deviations.to_fem_no_poisson}};
+}
+
+/// Adds the settings of a scene that is_of_tissue(): the methods of the elastic energy with the scene's
+/// Poisson's ratio; of laws what an accuracy takes, and the linear answer beside it.
+template <typename IsWanted, typename AddEfforts>
+void add_settings_of_tissue(const Scene& scene, bool quick, const IsWanted& is_wanted,
+                            const AddEfforts& add_efforts, Judge& judge) {
+  const RegisteredEnergy& elastic = energy_near(ReferenceSolution::finite_elements);
+  if (!has_laws(scene.full)) {
+    for (const Method& method : elastic.methods) {
+      if (is_wanted(method.name)) {
+        add_efforts(method, scene.elastic.poisson);
+      }
+    }
+  }
+  for (const double asked : is_wanted(requested_name) ? requests(quick) : std::vector<double>{}) {
+    judge.add(requested(scene, asked, scene.elastic.poisson));
+  }
+  if (!has_laws(scene.full) || !is_wanted(elastic_conjugate_gradients)) {
+    return;
+  }
+  constexpr int steps = 8;
+  Setting linear{{.method = std::string(elastic_conjugate_gradients),
+                  .variant = linear_law,
+                  .note = "how far the linear law is from the scene's",
+                  .effort = fmt::format("{} steps", steps),
+                  .told = steps,
+                  .poisson_used = scene.elastic.poisson},
+                 scene,
+                 Where::main_place};
+  linear.scene.full.stiffening = {};
+  linear.scene.full.fibre = {};
+  linear.scene.full.fibre_compression = {};
+  use_method(linear.scene, find_method(elastic_conjugate_gradients), steps);
+  judge.add(linear);
 }
 
 } // namespace
@@ -120,6 +173,19 @@ std::vector<Judged> measure_tradeoff(const Scene& scene, std::span<const Backend
       judge.add(setting);
     }
   };
+  const auto add_rivals = [&](const std::vector<Rival>& all) {
+    for (const Rival& rival : all) {
+      if (is_wanted(rival.told.method)) {
+        judge.add(rival);
+      }
+    }
+  };
+  if (is_of_tissue(scene)) {
+    add_settings_of_tissue(scene, options.quick, is_wanted, add_efforts, judge);
+    add_rivals(rivals_of_tissue(scene, judge.truths(), options.quick));
+    mark_front(judge.rows());
+    return std::move(judge.rows());
+  }
   for (const Method& method : methods()) {
     if (is_wanted(method.name)) {
       add_efforts(method, std::nullopt);
@@ -133,33 +199,18 @@ std::vector<Judged> measure_tradeoff(const Scene& scene, std::span<const Backend
       add_efforts(method, poisson);
     }
   }
-  const std::vector<double> requests = options.quick
-                                           ? std::vector{1.0, 0.1}
-                                           : std::vector{5.0, 2.0, 1.0, 0.5, 0.3, 0.2, 0.1, 0.05, 0.02, 0.01};
   for (const double poisson : is_wanted(requested_name) ? poisson_ratios : std::set<double>{}) {
-    for (const double asked : requests) {
-      Setting setting{{.method = std::string(requested_name),
-                       .effort = fmt::format("{:.3g} px asked", asked),
-                       .poisson_used = poisson,
-                       .asked = asked},
-                      scene,
-                      Where::main_place};
-      use_energy(setting.scene, elastic);
-      setting.scene.elastic.poisson = poisson;
-      judge.add(setting);
+    for (const double asked : requests(options.quick)) {
+      judge.add(requested(scene, asked, poisson));
     }
   }
-  for (const Rival& rival : rivals(scene, judge.truths(), options.quick)) {
-    if (is_wanted(rival.told.method)) {
-      judge.add(rival);
-    }
-  }
+  add_rivals(rivals(scene, judge.truths(), options.quick));
   mark_front(judge.rows());
   return std::move(judge.rows());
 }
 
 void mark_front(std::vector<Judged>& rows) {
-  const auto error = [](const Judged* row) { return row->deviations.to_fem_no_poisson; };
+  const auto error = [](const Judged* row) { return error_to_chart(*row); };
   std::vector<Judged*> order;
   for (Judged& row : rows) {
     row.is_on_front = false;
@@ -180,7 +231,7 @@ nlohmann::json compare_at(const Scene& scene, std::span<const Judged> rows, doub
   const auto fastest = [&](const auto& condition) {
     const Judged* best = nullptr;
     for (const Judged& row : rows) {
-      if (is_result(row) && condition(row) && row.deviations.to_fem_no_poisson <= target &&
+      if (is_result(row) && condition(row) && error_to_chart(row) <= target &&
           (best == nullptr || median(row.seconds) < median(best->seconds))) {
         best = &row;
       }
@@ -193,21 +244,26 @@ nlohmann::json compare_at(const Scene& scene, std::span<const Judged> rows, doub
                                     {"title", scene.title},
                                     {"poisson", scene.elastic.poisson},
                                     {"target", target},
+                                    {"against", is_of_tissue(scene) ? "FEM" : "FEM nu 0"},
                                     {"nearest", nullptr},
                                     {"ours", setting(ours)}},
                                    scene.extent());
   for (const Judged& row : rows) {
     if (is_result(row) && !row.is_rival) {
-      const double error = row.deviations.to_fem_no_poisson;
+      const double error = error_to_chart(row);
       equal["nearest"] = equal["nearest"].is_null() ? error : std::min(equal["nearest"].get<double>(), error);
     }
   }
-  for (const auto& [key, method] : {std::pair("direct", "fem"),
+  const auto solves_the_same = [&](const Judged& row) {
+    return is_of_tissue(scene) || row.poisson_used == 0.0;
+  };
+  for (const auto& [key, method] : {std::pair("direct", has_laws(scene.full) ? "newton" : "fem"),
                                     {"iterative", "fem-cg"},
                                     {"multigrid", "fem-amg"},
-                                    {"coarse", "fem-coarse"}}) {
+                                    {"coarse", "fem-coarse"},
+                                    {"positions", "xpbd"}}) {
     const Judged* const rival =
-        fastest([&](const Judged& row) { return row.method == method && row.poisson_used == 0.0; });
+        fastest([&](const Judged& row) { return row.method == method && solves_the_same(row); });
     equal[key] = setting(ours != nullptr ? rival : nullptr);
     if (!equal[key].is_null()) {
       equal[key]["ratio"] = median(rival->seconds) / median(ours->seconds);

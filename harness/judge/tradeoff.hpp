@@ -11,6 +11,8 @@ namespace hdmbench {
 
 /// The method name of rows for which an accuracy was requested (harness/solve/planner.hpp).
 inline constexpr std::string_view requested_name = "as-needed-elastic";
+/// The variant of rows that have the linear law in place of a scene's laws of large strains.
+inline constexpr const char* linear_law = "linear law";
 
 /// Rivals, then every method of the scene's energy on every backend, in both designs of the thesis. The first
 /// backend is the reference for bits; it also runs the sequential method. Throws InputError as find_truths
@@ -34,8 +36,8 @@ inline constexpr std::string_view requested_name = "as-needed-elastic";
 
 /// Every method at all its efforts on Where::main_place and at its usual effort on the other backends, what
 /// `run --accuracy` gives, and every rival: rows by method, effort and backend, then rivals. The first
-/// backend is the reference for bits. What fails is a row with the reason. Throws InputError for an unknown
-/// method and as find_truths does.
+/// backend is the reference for bits. What fails is a row with the reason. A scene that is_of_tissue() gets
+/// the elastic energy's alone. Throws InputError for an unknown method and as find_truths does.
 [[nodiscard]] std::vector<Judged> measure_tradeoff(const Scene& scene,
                                                    std::span<const Backend* const> backends,
                                                    const JudgeOptions& options, Progress& progress);

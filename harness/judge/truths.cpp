@@ -6,6 +6,7 @@
 #include "kernels/data/pyramid.hpp"
 #include "reference/finite_elements.hpp"
 #include "reference/fixed_point.hpp"
+#include "reference/large_strains.hpp"
 #include "reference/thesis_energy.hpp"
 
 #include <fmt/format.h>
@@ -32,6 +33,26 @@ std::vector<std::uint8_t> near_interfaces(const Level& level) {
   std::ranges::transform(diagnosis::distance_to_nearest(extent, changes, 1.414F), near.begin(),
                          [](float distance) { return static_cast<std::uint8_t>(distance <= reach); });
   return near;
+}
+
+/// Returns the fibres of the level's tissues.
+ReferenceFibres fibres_of(const Level& level) {
+  const std::size_t sites = level.extent.sites();
+  ReferenceFibres fibres{
+      .direction = {}, .modulus = std::vector<double>(sites), .tension_only = std::vector<bool>(sites)};
+  std::ranges::fill(fibres.direction, std::vector<double>(sites));
+  for (std::size_t site = 0; site < sites; ++site) {
+    double square = 0.0;
+    for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+      square += double{level.fibre[axis][site]} * double{level.fibre[axis][site]};
+    }
+    for (std::size_t axis = 0; axis < level.extent.axes() && square > 0.0; ++axis) {
+      fibres.direction[axis][site] = double{level.fibre[axis][site]} / std::sqrt(square);
+    }
+    fibres.modulus[site] = square * square * double{level.modulus.values[site]};
+    fibres.tension_only[site] = level.fibre_compression.values[site] == 0.0F;
+  }
+  return fibres;
 }
 
 bool has_sites(const std::vector<std::uint8_t>& mask) {
@@ -67,15 +88,29 @@ double rmsd(const ReferenceField& a, const ReferenceField& b, SiteMask counted) 
   return sites == 0 ? 0.0 : std::sqrt(sum / static_cast<double>(sites));
 }
 
+bool is_of_tissue(const Scene& scene) {
+  return has_laws(scene.full) || has_forces(scene.full) || !scene.full.springs.empty();
+}
+
 Truths find_truths(const Scene& scene, Progress& progress) {
   Truths truths;
-  progress.describe(fmt::format("{}: finite elements and the exact fixed point", scene.name));
+  const bool is_common = !is_of_tissue(scene);
+  progress.describe(fmt::format("{}: finite elements{}", scene.name,
+                                has_laws(scene.full) ? " by laws of large strains"
+                                : is_common          ? " and the exact fixed point"
+                                                     : ""));
   const auto solve = [](SolvedTruth& truth, const auto& solver) {
     truth.displacement = timed(truth.seconds, solver);
   };
-  solve(truths.elastic, [&] { return find_finite_elements(scene.full, scene.elastic); });
-  solve(truths.elastic_no_poisson, [&] { return find_finite_elements(scene.full, 0.0); });
-  solve(truths.fixed_point, [&] { return solve_fixed_point(scene.full).displacement; });
+  if (has_laws(scene.full)) {
+    truths.elastic = find_large_strains(scene);
+  } else {
+    solve(truths.elastic, [&] { return find_finite_elements(scene.full, scene.elastic); });
+  }
+  if (is_common) {
+    solve(truths.elastic_no_poisson.emplace(), [&] { return find_finite_elements(scene.full, 0.0); });
+    solve(truths.fixed_point.emplace(), [&] { return solve_fixed_point(scene.full).displacement; });
+  }
   truths.interface = near_interfaces(scene.full);
   truths.elsewhere.resize(truths.interface.size());
   const VectorField& confidence = scene.full.confidence;
@@ -104,6 +139,26 @@ ReferenceField find_finite_elements(const Level& level, const ElasticModel& mode
              : solve_finite_elements_iteratively(problem, rule, tolerance).displacement;
 }
 
+SolvedTruth find_large_strains(const Scene& scene) {
+  const Level& full = scene.full;
+  const ReferenceFibres fibres = has_fibres(full) ? fibres_of(full) : ReferenceFibres{};
+  const std::vector<double> stiffening(full.stiffening.values.begin(), full.stiffening.values.end());
+  for (int parts = 1;; parts *= 2) { // of the load: Newton's method ends or does not, and where is the same
+    try {
+      SolvedTruth truth;
+      truth.displacement = timed(truth.seconds, [&] {
+        return solve_large_strains(elastic_problem(full), stiffening, scene.elastic.poisson, parts,
+                                   has_fibres(full) ? &fibres : nullptr);
+      });
+      return truth;
+    } catch (const InputError&) {
+      if (parts == 8) {
+        throw;
+      }
+    }
+  }
+}
+
 ReferenceField coarse_finite_elements(const Scene& scene, int elements, const ElasticModel& model) {
   // Elements are squares or cubes: as many along each other side as its length has.
   const Extent full = scene.extent();
@@ -119,9 +174,13 @@ ReferenceField coarse_finite_elements(const Scene& scene, int elements, const El
 
 Deviations measure(const ReferenceField& field, const Truths& truths) {
   const ReferenceField& fem = truths.elastic.displacement;
-  Deviations result{.to_fem = rmsd(field, fem),
-                    .to_fem_no_poisson = rmsd(field, truths.elastic_no_poisson.displacement),
-                    .to_fixed_point = rmsd(field, truths.fixed_point.displacement)};
+  Deviations result{.to_fem = rmsd(field, fem)};
+  if (truths.elastic_no_poisson) {
+    result.to_fem_no_poisson = rmsd(field, truths.elastic_no_poisson->displacement);
+  }
+  if (truths.fixed_point) {
+    result.to_fixed_point = rmsd(field, truths.fixed_point->displacement);
+  }
   if (has_sites(truths.interface) && has_sites(truths.elsewhere)) {
     result.interface_to_fem = rmsd(field, fem, truths.interface);
     result.elsewhere_to_fem = rmsd(field, fem, truths.elsewhere);

@@ -190,8 +190,9 @@ bool was_compared(const json& row) {
 }
 
 std::optional<double> own_error(const json& row) {
-  return number_of(row,
-                   number_of(row, "poisson_used").value_or(0.0) == 0.0 ? "rmsd_to_fem_nu0" : "rmsd_to_fem");
+  const std::optional<double> without = number_of(row, "rmsd_to_fem_nu0");
+  return without && number_of(row, "poisson_used").value_or(0.0) == 0.0 ? without
+                                                                        : number_of(row, "rmsd_to_fem");
 }
 
 std::optional<double> asked_error(const json& row) {

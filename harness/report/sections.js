@@ -52,7 +52,7 @@ function figures(pictures) {
 // Speed against accuracy
 
 /// How far a field is from what its method approximates: finite elements with the Poisson ratio that it has.
-const own_error = (row) => (row.poisson_used ? row.rmsd_to_fem : row.rmsd_to_fem_nu0);
+const own_error = (row) => (row.poisson_used ? row.rmsd_to_fem : row.rmsd_to_fem_nu0 ?? row.rmsd_to_fem);
 const TRUTHS = [
   ["own", "finite elements, ν as the method has it"],
   ["rmsd_to_fem_nu0", "finite elements, ν = 0"],
@@ -64,7 +64,7 @@ const TRUTHS = [
 const first_methods = (rows) => {
   const ours = [...group_by(rows.filter((row) => !row.rival && is_number(own_error(row))), "method")]
     .map(([method, some]) => [method, Math.min(...some.map(own_error))]).sort(([, a], [, b]) => a - b);
-  return distinct([...ours.slice(0, 3).map(([method]) => method), "icm", "fem-cg", "fem-coarse", ...distinct(rows, "method")]
+  return distinct([...ours.slice(0, 3).map(([method]) => method), "icm", "fem-cg", "fem-coarse", "newton", "xpbd", ...distinct(rows, "method")]
     .filter((method) => rows.some((row) => row.method === method)), (method) => method).slice(0, 6);
 };
 /// The device of a backend in these rows, without what stands behind a slash or in brackets, for a legend.
@@ -88,7 +88,7 @@ function tradeoff(rows) {
       tell: (row) => `${row.effort}${row.device ? `, ${row.device}` : ""}: ${seconds(row.seconds_median)}, ` +
         `${number(own_error(row))} px from finite elements. ${row.reason || row.command || ""}`,
     }));
-    const direct = here.filter((row) => row.method === "fem").sort((a, b) => a.seconds_median - b.seconds_median)[0];
+    const direct = here.filter((row) => ["fem", "newton"].includes(row.method)).sort((a, b) => a.seconds_median - b.seconds_median)[0];
     return [
       logPlot(series, {
         label: `speed against accuracy, ${scene}`, front: true, height: 440,
