@@ -20,9 +20,19 @@
 
 namespace hdmbench {
 
+nlohmann::json law_of(const Scene& scene) {
+  if (!has_laws(scene.full)) {
+    return nullptr;
+  }
+  const bool is_one =
+      std::ranges::all_of(scene.full.stiffening.values, [](float stiffening) { return stiffening == 0.0F; });
+  return is_one ? law_names[1] : "large strains";
+}
+
 nlohmann::json to_json(const Scene& scene, const Judged& judged) {
   nlohmann::json row = with_size({{"scene", scene.name},
                                   {"title", scene.title},
+                                  {"law", law_of(scene)},
                                   {"poisson", scene.elastic.poisson},
                                   {"method", judged.method},
                                   {"rival", judged.is_rival},

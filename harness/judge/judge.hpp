@@ -74,6 +74,9 @@ struct Judged {
   return row.deviations.to_fem_no_poisson.value_or(row.deviations.to_fem);
 }
 
+/// Returns what law of large strains the scene's tissues have, as it stands in a result file; null: none.
+[[nodiscard]] nlohmann::json law_of(const Scene& scene);
+
 /// The row as it stands in a result file. Lengths and displacements are pixels; what does not apply is left
 /// out.
 [[nodiscard]] nlohmann::json to_json(const Scene& scene, const Judged& row);

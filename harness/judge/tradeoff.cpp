@@ -242,6 +242,7 @@ nlohmann::json compare_at(const Scene& scene, std::span<const Judged> rows, doub
   nlohmann::json equal = with_size({{"kind", "equal accuracy"},
                                     {"scene", scene.name},
                                     {"title", scene.title},
+                                    {"law", law_of(scene)},
                                     {"poisson", scene.elastic.poisson},
                                     {"target", target},
                                     {"against", is_of_tissue(scene) ? "FEM" : "FEM nu 0"},

@@ -32,7 +32,7 @@ const table_of = (rows, names) => table(rows, columns(names));
 
 const text = (...parts) => el("p", {}, ...parts);
 const fold = (title, ...content) => el("details", {}, el("summary", {}, title), ...content);
-const scene_of = (row) => `${row.scene}, ${size_of(row)}`;
+const scene_of = (row) => [row.scene, size_of(row), row.law].filter(Boolean).join(", ");
 const options = (rows, key) => distinct(rows, key).map((value) => [value]);
 
 /// A series of a chart from rows; a point without x or y is not drawn.
@@ -61,11 +61,12 @@ const TRUTHS = [
 ];
 
 /// Six methods that a chart begins with: those that come nearest to the truth, the thesis's own, and its rivals.
+const name_of_method = (row) => (row.variant ? `${row.method}, ${row.variant}` : row.method);
 const first_methods = (rows) => {
-  const ours = [...group_by(rows.filter((row) => !row.rival && is_number(own_error(row))), "method")]
+  const ours = [...group_by(rows.filter((row) => !row.rival && is_number(own_error(row))), name_of_method)]
     .map(([method, some]) => [method, Math.min(...some.map(own_error))]).sort(([, a], [, b]) => a - b);
-  return distinct([...ours.slice(0, 3).map(([method]) => method), "icm", "fem-cg", "fem-coarse", "newton", "xpbd", ...distinct(rows, "method")]
-    .filter((method) => rows.some((row) => row.method === method)), (method) => method).slice(0, 6);
+  return distinct([...ours.slice(0, 3).map(([method]) => method), "icm", "fem-cg", "fem-coarse", "newton", "xpbd", ...distinct(rows, name_of_method)]
+    .filter((method) => rows.some((row) => name_of_method(row) === method)), (method) => method).slice(0, 6);
 };
 /// The device of a backend in these rows, without what stands behind a slash or in brackets, for a legend.
 const device_of = (rows) => (backend) => {
@@ -80,8 +81,8 @@ function tradeoff(rows) {
   const rank = (row) => (row.rival ? 1 : row.poisson_used === undefined ? 2 : 0); // what is nearest to the truth first
   const draw = ({ scene, truth }) => {
     const here = points.filter((row) => scene_of(row) === scene).sort((a, b) => rank(a) - rank(b));
-    const curves = group_by(here, (row) => `${row.method}\n${row.backend}\n${row.poisson_used}`);
-    const series = [...curves.values()].map((curve) => series_of({ method: curve[0].method, backend: curve[0].backend }, curve, {
+    const curves = group_by(here, (row) => `${name_of_method(row)}\n${row.backend}\n${row.poisson_used}`);
+    const series = [...curves.values()].map((curve) => series_of({ method: name_of_method(curve[0]), backend: curve[0].backend }, curve, {
       x: (row) => row.seconds_median,
       y: (row) => (truth === "own" ? own_error(row) : row[truth]),
       faint: (row) => row.valid === false || row.status !== "ok",
