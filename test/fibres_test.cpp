@@ -68,6 +68,37 @@ TEST_F(FibreScene, LeadInThePatientsSpace) {
   }
 }
 
+/// In an image a fibre bears by its share in the plane, to the fourth power, whoever says where it leads.
+TEST_F(FibreScene, OfAnImageBearByWhatOfThemIsInItsPlane) {
+  const auto one_slice = [&](std::string text) { return text.replace(text.find("4 4 4"), 5, "4 4 1"); };
+  std::string vectors;
+  std::string labels;
+  for (int site = 0; site < 16; ++site) {
+    vectors += "3 0 4 ";
+    labels += "1 ";
+  }
+  write("labels.nrrd", one_slice(header("uchar", 3, directions_of[0], "")) + labels);
+  write("fibre.nrrd",
+        one_slice(header("float", 4, directions_of[0], "kinds: vector domain domain domain\n")) + vectors);
+  const auto load_image = [&](const std::string& fibre, const std::string& image) {
+    return load_scene(
+        write("image.toml", "energy = \"elastic\"\nlaw = \"neo-hookean\"\n[[tissue]]\nlabel = 1\n"
+                            "modulus = 2.0\nfibre_modulus = 32.0\n" +
+                                fibre + "[[condition]]\nwhere = \"border\"\ndx = 0\ndy = 0\n" +
+                                "[image]\nlabels = \"labels.nrrd\"\n" + image)
+            .string());
+  };
+  const Scene by_tissue = load_image("fibre = [3, 0, 4]\n", "");
+  const Scene by_image = load_image("", "fibre = \"fibre.nrrd\"\n");
+  for (const Scene* const scene : {&by_tissue, &by_image}) {
+    EXPECT_NEAR(scene->full.fibre[0][5], 2.0 * 0.6, 1e-6);
+    EXPECT_EQ(scene->full.fibre[1][5], 0.0F);
+    EXPECT_TRUE(scene->idle.empty());
+  }
+  const Scene across = load_image("fibre = [0, 0, 1]\n", "");
+  EXPECT_THAT(across.idle, testing::Contains(testing::HasSubstr("whose fibres lead out of the image")));
+}
+
 TEST_F(FibreScene, AreRefusedWhereTheyCannotBe) {
   write_labels(directions_of[0]);
   const std::string fibres = "fibre = [1, 0, 0]\nfibre_modulus = 5.0\n";

@@ -40,13 +40,15 @@ std::optional<Fibres> read_fibres(TomlReader& tissue) {
   return fibres;
 }
 
-void apply_fibres(TomlReader& scene, const Content& content, Level& level) {
+std::vector<std::string> apply_fibres(TomlReader& scene, const Content& content, Level& level) {
   if (content.fibres.empty()) {
     if (!content.fibre[0].empty()) {
       scene.fail("image", "has a fibre, and no [[tissue]] a fibre_modulus, which says what fibres bear");
     }
-    return;
+    return {};
   }
+  constexpr double least_in_plane = 1e-3; // of a unit vector: bears nothing, by its fourth power
+  std::map<int, bool> leads;              // somewhere, by labels
   level.fibre = VectorField(level.extent);
   level.fibre_compression = ScalarField(level.extent);
   for (std::size_t site = 0; site < level.extent.sites(); ++site) {
@@ -68,20 +70,27 @@ void apply_fibres(TomlReader& scene, const Content& content, Level& level) {
                                        "lead: give it fibre = [x, y, z], or [image] a fibre",
                                        found->first));
     } else {
-      double square = 0.0;
       for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
-        along[axis] = double{content.fibre[axis][site]};
-        square += along[axis] * along[axis];
+        along[axis] = double{content.fibre[axis][site]}; // 0 without a direction: no fibres
       }
-      const double scale = square > 0.0 ? 1.0 / std::sqrt(square) : 0.0; // no direction: no fibres
-      std::ranges::for_each(along, [&](double& component) { component *= scale; });
     }
+    leads[found->first] =
+        leads[found->first] ||
+        std::hypot(along[0], along[1], level.extent.axes() == 2 ? 0.0 : along[2]) > least_in_plane;
     const double root = std::sqrt(std::sqrt(modulus / double{level.modulus.values[site]}));
     for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
       level.fibre[axis][site] = static_cast<float>(root * along[axis]);
     }
     level.fibre_compression.values[site] = tension_only ? 0.0F : 1.0F;
   }
+  std::vector<std::string> idle;
+  for (const auto& [label, does] : leads) {
+    if (!does) {
+      idle.push_back(fmt::format("the fibre_modulus of label {}, whose fibres lead {}", label,
+                                 level.extent.axes() == 2 ? "out of the image" : "nowhere"));
+    }
+  }
+  return idle;
 }
 
 } // namespace hdmbench

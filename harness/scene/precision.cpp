@@ -2,6 +2,8 @@
 
 #include "kernels/data/elastic/springs.hpp"
 
+#include <Eigen/Eigenvalues>
+
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -11,33 +13,11 @@ namespace hdmbench {
 
 namespace {
 
-/// Whether a matrix of so many axes has no negative eigenvalue beyond the rounding of its entries: Gaussian
-/// elimination finds no negative pivot, and nothing beside one that is 0.
-bool is_semidefinite(std::array<std::array<double, 3>, 3> matrix, std::size_t axes) {
-  double trace = 0.0;
-  for (std::size_t a = 0; a < axes; ++a) {
-    trace += std::max(0.0, matrix[a][a]);
-  }
-  const double rounding = 1e-6 * trace;
-  for (std::size_t pivot = 0; pivot < axes; ++pivot) {
-    if (!(matrix[pivot][pivot] >= -rounding)) {
-      return false;
-    }
-    for (std::size_t row = pivot + 1; row < axes; ++row) {
-      if (matrix[pivot][pivot] <= rounding) {
-        // An entry of a semidefinite matrix is at most the root of the product of the two on its diagonal.
-        if (std::abs(matrix[row][pivot]) > std::sqrt(2.0 * rounding * trace)) {
-          return false;
-        }
-        continue;
-      }
-      const double factor = matrix[row][pivot] / matrix[pivot][pivot];
-      for (std::size_t column = pivot + 1; column < axes; ++column) {
-        matrix[row][column] -= factor * matrix[pivot][column];
-      }
-    }
-  }
-  return true;
+/// Whether a matrix has no negative eigenvalue beyond the rounding of its entries.
+bool is_semidefinite(const Eigen::Matrix3d& matrix) {
+  const double rounding = 1e-6 * std::max(0.0, matrix.trace());
+  return Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>(matrix, Eigen::EigenvaluesOnly).eigenvalues()[0] >=
+         -rounding;
 }
 
 } // namespace
@@ -45,16 +25,16 @@ bool is_semidefinite(std::array<std::array<double, 3>, 3> matrix, std::size_t ax
 std::optional<std::size_t> find_impossible(const Precision& precision) {
   const std::size_t axes = precision.target.extent.axes();
   for (std::size_t site = 0; site < precision.entries[0].size(); ++site) {
-    std::array<std::array<double, 3>, 3> matrix{};
+    Eigen::Matrix3d matrix = Eigen::Matrix3d::Zero();
     bool is_finite = true;
     for (std::size_t a = 0; a < axes; ++a) {
       for (std::size_t b = 0; b < axes; ++b) {
         const float entry = precision.entries[symmetric_entry(axes, a, b)][site];
         is_finite = is_finite && std::isfinite(entry);
-        matrix[a][b] = double{entry};
+        matrix(static_cast<int>(a), static_cast<int>(b)) = double{entry};
       }
     }
-    if (!is_finite || !is_semidefinite(matrix, axes)) {
+    if (!is_finite || !is_semidefinite(matrix)) {
       return site;
     }
   }

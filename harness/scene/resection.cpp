@@ -63,7 +63,7 @@ std::optional<Level> take_out(TomlReader& scene, const Content& content, const R
                "image was made, or the [[tissue]] modulus = 0");
   }
   apply_laws(scene, content, energy, law, before);
-  apply_fibres(scene, content, before);
+  (void)apply_fibres(scene, content, before);
   fill_void(scene, energy, before);
   set_inverse_modulus(before);
   validate(before);

@@ -198,7 +198,7 @@ void read_conditions(TomlReader& reader, const SceneText& file, const SceneOptio
   }
   std::ranges::move(apply_loads(reader, content, energy, scene.full), std::back_inserter(scene.idle));
   apply_laws(reader, content, energy, options.law, scene.full);
-  apply_fibres(reader, content, scene.full);
+  std::ranges::move(apply_fibres(reader, content, scene.full), std::back_inserter(scene.idle));
   if (content.segmented) {
     fill_void(reader, energy, scene.full);
   }

@@ -42,8 +42,8 @@ struct Content {
   std::vector<std::string> idle{};      ///< as of Scene
   std::optional<Precision> precision{}; ///< of [image], which acts beside all other conditions
   VectorField force{};                  ///< of [image], as Level has it; empty: there is none
-  VectorField fibre{};                  ///< of [image], along its axes, of any length; empty: there is none
-  std::map<int, Fibres> fibres{};       ///< of labels that have such
+  VectorField fibre{};            ///< of [image], along its axes, of length 1 or 0; empty: there is none
+  std::map<int, Fibres> fibres{}; ///< of labels that have such
 };
 
 /// A scene file that is shipped or on the disk, or what is in memory in place of one.
@@ -172,8 +172,9 @@ void apply_laws(TomlReader& scene, const Content& content, const RegisteredEnerg
                 const std::string& law, Level& level);
 
 /// Sets level.fibre from the fibres of labels; leaves it empty where there are none. After apply_laws():
-/// fails where a tissue with fibres is linear, or nothing says where they lead.
-void apply_fibres(TomlReader& scene, const Content& content, Level& level);
+/// fails where a tissue with fibres is linear, or nothing says where they lead. Returns, as of Scene::idle,
+/// what has no effect.
+[[nodiscard]] std::vector<std::string> apply_fibres(TomlReader& scene, const Content& content, Level& level);
 
 /// Adds the [[points]] of a scene, whose files are looked for in `folder`, those of options.points (none, a
 /// file of pairs, or one of before and one of after) and options.pairs to scene.points, and lets all but

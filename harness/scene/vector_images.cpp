@@ -81,7 +81,7 @@ public:
     return confidence;
   }
 
-  /// Of `sites`, whose pixels are not resampled.
+  /// Returns that of `sites`, whose pixels are not resampled.
   Precision precision(Extent sites) {
     require_own_pixels("precision", sites);
     Precision precision{.entries = {}, .target = target()};
@@ -105,10 +105,10 @@ public:
     return force;
   }
 
-  /// Directions along the image's axes.
+  /// Directions of length 1 in the space.
   VectorField fibre(Extent sites) {
     require_own_pixels("fibre", sites);
-    VectorField fibre = read("fibre", true, 1.0, read_vector);
+    VectorField fibre = read("fibre", true, {}, read_directions);
     require(image_, "fibre", fibre, [](float value) {
       return std::isfinite(value) ? nullptr : "must be finite; 0 is a pixel without fibres";
     });

@@ -77,6 +77,10 @@ struct ReadOptions {
 /// nothing is rescaled.
 [[nodiscard]] Image<VectorField> read_vector(const std::filesystem::path& file,
                                              const ReadOptions& options = {});
+/// The same as vectors of length 1 in the space, or 0 where they are, along the image's axes: of an image
+/// their share in its plane. One that is not finite has a component that is none.
+[[nodiscard]] Image<VectorField> read_directions(const std::filesystem::path& file,
+                                                 const ReadOptions& options = {});
 /// Symmetric matrices, six components, or three of an image: row by row, each from the diagonal on, as NRRD
 /// has them (xx, xy, xz, yy, yz, zz), and so in the result, three components of an image. With a
 /// ReadOptions::physical_side they are over square millimetres, along the axes of the space, and become over

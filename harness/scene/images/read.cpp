@@ -312,6 +312,21 @@ Image<VectorField> along_axes(const Image<std::vector<ScalarField>>& image, doub
 
 } // namespace
 
+Image<VectorField> read_directions(const std::filesystem::path& file, const ReadOptions& options) {
+  auto image = read_fitted(file, options, Components::vector);
+  for (std::size_t site = 0; site < image.pixels[0].values.size(); ++site) {
+    double square = 0.0;
+    for (const ScalarField& component : image.pixels) {
+      square += double{component.values[site]} * double{component.values[site]};
+    }
+    for (ScalarField& component : image.pixels) {
+      float& value = component.values[site];
+      value = square == 0.0 ? 0.0F : static_cast<float>(double{value} / std::sqrt(square));
+    }
+  }
+  return along_axes(image, 1.0);
+}
+
 Image<VectorField> read_vector(const std::filesystem::path& file, const ReadOptions& options) {
   auto image = read_fitted(file, options, Components::vector);
   if (options.physical_side) {
