@@ -25,7 +25,7 @@ namespace {
 /// strains to so many pixels.
 constexpr double share_of_sag = 1e-6;
 constexpr double accuracy_by_laws = 0.01 * usual_law_accuracy;
-constexpr int most_steps = 1000;
+constexpr int most_steps_of_sag = 1000;
 
 /// Returns how far its loads move the body, pixels.
 VectorField sag_of(const Scene& scene, Level before) {
@@ -44,7 +44,7 @@ VectorField sag_of(const Scene& scene, Level before) {
       return std::move(solution.displacement);
     }
     ElasticSolver solver(before, scene.elastic, *session);
-    return solve_to_share(share_of_sag, most_steps, before, solver).displacement;
+    return solve_to_share(share_of_sag, most_steps_of_sag, before, solver).displacement;
   } catch (const InputError& error) {
     fail(error.what());
     throw;
