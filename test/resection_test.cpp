@@ -24,7 +24,7 @@ protected:
   /// Returns the displacement of a scene of linear tissue from where its image has it.
   VectorField displaced(const std::string& text) {
     Scene scene = load(text);
-    unload(scene);
+    unload(scene, test::silent());
     return converged(scene.full, scene.elastic);
   }
 
@@ -58,7 +58,7 @@ TEST_F(Resection, ABarLosesWhatHungOnIt) {
                 "[[load]]\ngravity = [0.0, 0.0, 9.81]\nbefore = true\n",
             2, 3.0, 1.0, 10}}) {
     Scene scene = load(one.text);
-    unload(scene);
+    unload(scene, test::silent());
     const Extent extent = scene.extent();
     const int sites = extent.sides()[one.axis];
     ASSERT_TRUE(scene.resected);
@@ -107,7 +107,7 @@ std::vector<Body> bodies() {
   const std::string slides = "[[condition]]\nwhere = \"outside\"\nslide = true\n";
   return {{"image, held", image + held, "[0.0, 9.81]"},
           {"image, slides", image + slides, "[0.1, 0.4]"},
-          {"volume, held", volume + held + "dz = 0.0\n", "[0.0, 4.0, 1.0]"},
+          {"volume, held", volume + held + "dz = 0.0\n", "[0.0, 9.81, 2.0]"},
           {"volume, slides", volume + slides, "[0.0, 0.4, 0.1]"}};
 }
 
@@ -154,7 +154,7 @@ TEST_F(Resection, IsTheDifferenceOfTwoLoadedBodies) {
     const Difference difference =
         difference_of(body, [&](const std::string& text) { return displaced(text); });
     EXPECT_GT(difference.most, 1e-3) << body.name;
-    EXPECT_LT(difference.off, 2e-4 * difference.most) << body.name;
+    EXPECT_LT(difference.off, 5e-4 * difference.most) << body.name;
   }
 }
 
@@ -162,7 +162,7 @@ TEST_F(Resection, IsTheDifferenceOfTwoLoadedBodies) {
 TEST_F(Resection, IsTheDifferenceByALawWhereStrainsAreSmall) {
   const auto displaced_by_law = [&](const std::string& text) {
     Scene scene = load("law = \"neo-hookean\"\n" + text);
-    unload(scene);
+    unload(scene, test::silent());
     const auto session = test::find("openmp").open_elastic({});
     const Solution solution = solve_by_laws(scene.full, scene.elastic, *session, 1e-4, [](const LawStep&) {});
     EXPECT_EQ(solution.failure, "");
@@ -171,7 +171,7 @@ TEST_F(Resection, IsTheDifferenceByALawWhereStrainsAreSmall) {
   for (const Body& body : bodies()) {
     const Difference difference = difference_of(body, displaced_by_law);
     EXPECT_GT(difference.most, 1e-3) << body.name;
-    EXPECT_LT(difference.off, 1e-3 + 0.04 * difference.most) << body.name;
+    EXPECT_LT(difference.off, 3e-3 + 0.04 * difference.most) << body.name;
   }
 }
 
@@ -218,10 +218,10 @@ TEST_F(Resection, IsRefusedWhereItUnloadsNothing) {
                  "modulus");
   const std::string moved = "[[condition]]\nwhere = \"left\"\ndx = 1.0\ndy = 0.0\n";
   Scene unheld = load(text + moved + gravity + "[[resect]]\nlabel = 2\n");
-  expect_refusal([&] { unload(unheld); }, "before anything was taken out of scene");
+  expect_refusal([&] { unload(unheld, test::silent()); }, "before anything was taken out of scene");
   Scene scene = load(text + held + gravity + "[[resect]]\nlabel = 2\n");
   EXPECT_THROW(require_unloaded(scene), std::logic_error);
-  unload(scene);
+  unload(scene, test::silent());
   require_unloaded(scene);
   const Scene kept = load(text + held + gravity);
   EXPECT_FALSE(has_forces(kept.full));

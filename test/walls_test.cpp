@@ -508,6 +508,34 @@ TEST(Walls, DoNotTurnAtTheRimOfAnOpeningAndHaveNoBumps) {
   EXPECT_EQ(level.modulus.values[level.extent.index(17, 25)], 1.0F) << "the opening is no void";
 }
 
+/// A speck that hangs on a corner or an edge of the tissue around could turn; what a condition knows, and
+/// what there is most of, stays.
+TEST(Walls, SpecksOnAHingeAreVoid) {
+  for (const Extent extent : {Extent{20, 12}, Extent{20, 12, 8}}) {
+    Level level = test::plain_level(extent, 1.0F);
+    std::vector<bool> solid(extent.sites(), true);
+    const auto carve = [&](std::array<int, 3> from, std::array<int, 3> to) {
+      for_each_site(extent, [&](int x, int y, int z) {
+        if (x >= from[0] && x <= to[0] && y >= from[1] && y <= to[1] &&
+            (extent.depth == 1 || (z >= from[2] && z <= to[2]))) {
+          solid[extent.index(x, y, z)] = false;
+        }
+      });
+    };
+    const int z = extent.depth == 1 ? 0 : 3;
+    carve({2, 2, 1}, {8, 8, 6});   // the body
+    carve({8, 8, 3}, {10, 10, 5}); // hangs on its corner or edge
+    carve({13, 2, 3}, {14, 3, 4}); // is known
+    level.confidence[0][extent.index(13, 2, z)] = 1.0F;
+    const std::vector<bool> left = with_bumps(solid, level);
+    EXPECT_TRUE(left[extent.index(10, 10, z)]) << extent.text();
+    EXPECT_TRUE(left[extent.index(9, 8, z)]);
+    EXPECT_FALSE(left[extent.index(8, 8, z)]) << "the body's own corner";
+    EXPECT_FALSE(left[extent.index(5, 5, z)]);
+    EXPECT_FALSE(left[extent.index(14, 3, z)]) << "a condition knows it";
+  }
+}
+
 TEST(Walls, StifferOnesTakeMoreSteps) {
   const auto steps_with = [](float times) {
     Level level = disc_in_a_wall({129, 129}, {1.0, 1.0, 1.0}, 52.0);

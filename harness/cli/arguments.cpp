@@ -110,7 +110,8 @@ Scene scene_of(const Call& call, const Option<std::string>& name) {
                               .energy = call.schedule.energy_to_be(),
                               .as_cubes = !call.schedule.takes_boxes});
   call.schedule.apply(scene);
-  unload(scene);
+  Progress progress(call.speaks());
+  unload(scene, progress);
   return scene;
 }
 
@@ -218,7 +219,8 @@ std::vector<SceneLoader> scene_loaders(const Call& call, const std::vector<std::
                                             .energy = call.schedule.energy_to_be(method),
                                             .as_cubes = !call.schedule.takes_boxes});
             call.schedule.apply(scene, method);
-            unload(scene);
+            Progress progress(call.speaks());
+            unload(scene, progress);
             return scene;
           });
         });

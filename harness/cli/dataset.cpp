@@ -177,7 +177,7 @@ Deformation drawn(const DataSet& set, int number, Solver& solver, Progress& prog
     options.pairs.push_back(point_pair(point, std::to_string(options.pairs.size() + 1)));
   }
   one.scene = make_scene(set.given, options);
-  unload(one.scene);
+  unload(one.scene, progress);
   if (set.recipe.moduli > 0.0) {
     one.scene = with_drawn_moduli(one.scene, set.recipe.moduli, random);
   }

@@ -41,7 +41,7 @@ void report_loads(const Scene& scene, json& row) {
 void report_resected(const Scene& scene, json& row) {
   if (const auto& resected = scene.resected) {
     row["resected"] = {{"sites", resected->sites}, {"sag_px", resected->sag}};
-    fmt::print("  {} {} are taken out; the loads of before had moved the body by {:.2g} px at most\n",
+    fmt::print("  {} {} are taken out, which the loads of before had moved by {:.2g} px at most\n",
                resected->sites, scene.extent().axes() == 3 ? "voxels" : "pixels", resected->sag);
   }
 }

@@ -136,7 +136,8 @@ SceneToLoad load_of_file(const SceneArguments& given, SceneOptions options) {
     own.law = schedule.law;
     Scene scene = load_scene(name, own);
     schedule.apply(scene);
-    unload(scene);
+    Progress silent(false);
+    unload(scene, silent);
     return scene;
   }};
 }
@@ -178,7 +179,8 @@ SceneToLoad load_of_arrays(const SceneArguments& given, SceneOptions options) {
                 own.law = schedule.law;
                 Scene scene = make_scene(std::move(*in_memory), own);
                 schedule.apply(scene);
-                unload(scene);
+                Progress silent(false);
+                unload(scene, silent);
                 return scene;
               },
           .space = image.space,

@@ -90,7 +90,7 @@ struct ObservationWeight {
 /// Tissue that was taken out of a loaded body.
 struct Resected {
   std::size_t sites = 0; ///< that are void now
-  double sag = 0.0;      ///< how far the loads of before had moved a site of the body at most, pixels
+  double sag = 0.0;      ///< how far the loads of before had moved one of them at most, along an axis, pixels
 };
 
 /// A problem at full resolution together with the way the thesis solves it.

@@ -94,6 +94,81 @@ private:
   std::vector<std::pair<std::array<int, 3>, Direction>> seen_; ///< what a normal looks at
 };
 
+/// The whole cells between sites, of which no corner is solid.
+class Cells {
+public:
+  using Part = std::vector<std::size_t>; ///< the first corners of cells that are joined by sides
+
+  Cells(const std::vector<bool>& solid, Extent extent) : extent_(extent), is_left_(solid.size()) {
+    for_each_site({extent.width - 1, extent.height - 1, std::max(extent.depth - 1, 1)},
+                  [&](int x, int y, int z) {
+                    const std::size_t cell = extent.index(x, y, z);
+                    is_left_[cell] = !any_corner({cell}, [&](std::size_t site) { return solid[site]; });
+                  });
+  }
+  /// Returns a part that was not returned before; empty: there is none.
+  Part next() {
+    Part part;
+    while (seen_ < is_left_.size() && !is_left_[seen_]) {
+      ++seen_;
+    }
+    const auto take = [&](std::size_t cell) {
+      if (is_left_[cell]) {
+        is_left_[cell] = false;
+        part.push_back(cell);
+      }
+    };
+    if (seen_ < is_left_.size()) {
+      take(seen_);
+    }
+    for (std::size_t i = 0; i < part.size(); ++i) {
+      std::size_t step = 1;
+      for (std::size_t axis = 0; axis < extent_.axes(); ++axis) {
+        const auto side = static_cast<std::size_t>(extent_.sides()[axis]);
+        const std::size_t at = part[i] / step % side;
+        if (at > 0) {
+          take(part[i] - step);
+        }
+        if (at + 1 < side) {
+          take(part[i] + step);
+        }
+        step *= side;
+      }
+    }
+    return part;
+  }
+  template <typename IsMeant>
+  [[nodiscard]] bool any_corner(const Part& part, const IsMeant& is_meant) const {
+    const auto row = static_cast<std::size_t>(extent_.width);
+    const std::size_t slice = extent_.axes() == 3 ? row * static_cast<std::size_t>(extent_.height) : 0;
+    return std::ranges::any_of(part, [&](std::size_t cell) {
+      for (const std::size_t first : {cell, cell + row, cell + slice, cell + row + slice}) {
+        if (is_meant(first) || is_meant(first + 1)) {
+          return true;
+        }
+      }
+      return false;
+    });
+  }
+  void set_corners(const Part& part, std::vector<bool>& sites) const {
+    (void)any_corner(part, [&](std::size_t site) {
+      sites[site] = true;
+      return false;
+    });
+  }
+
+private:
+  Extent extent_;
+  std::vector<bool> is_left_;
+  std::size_t seen_ = 0; ///< all before it are not left
+};
+
+/// Parts of fewer cells, three along each axis, are specks: a side of the tissue around does not hold them,
+/// and a hinge of an edge or a corner would let them turn.
+std::size_t least_cells(std::size_t axes) {
+  return axes == 3 ? 27 : 9;
+}
+
 /// Whether conditions say all of where a site goes.
 bool is_prescribed(const Level& level, std::size_t site) {
   return std::ranges::all_of(std::span(level.confidence.planes).first(level.extent.axes()),
@@ -104,23 +179,29 @@ bool is_prescribed(const Level& level, std::size_t site) {
 
 std::vector<bool> with_bumps(const std::vector<bool>& solid, const Level& level) {
   const Extent extent = level.extent;
+  const auto is_known = [&](std::size_t site) {
+    return std::ranges::any_of(std::span(level.confidence.planes).first(extent.axes()),
+                               [&](const std::vector<float>& component) { return component[site] > 0.0F; });
+  };
   std::vector<bool> stays(solid.size());
-  const int deep = extent.axes() == 3 ? 1 : 0;
-  for_each_site(
-      {extent.width - 1, extent.height - 1, std::max(extent.depth - 1, 1)}, [&](int x, int y, int z) {
-        const auto corner = [&](int i) { return extent.index(x + (i & 1), y + (i >> 1 & 1), z + (i >> 2)); };
-        bool is_whole = true;
-        for (int i = 0; i < 4 << deep; ++i) {
-          is_whole = is_whole && !solid[corner(i)];
-        }
-        for (int i = 0; i < 4 << deep && is_whole; ++i) {
-          stays[corner(i)] = true;
-        }
-      });
-  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-    for (std::size_t site = 0; site < solid.size(); ++site) {
-      stays[site] = stays[site] || (!solid[site] && level.confidence[axis][site] > 0.0F);
+  std::vector<Cells::Part> specks;
+  std::size_t largest = 0;
+  Cells cells(solid, extent);
+  for (Cells::Part part = cells.next(); !part.empty(); part = cells.next()) {
+    largest = std::max(largest, part.size());
+    if (part.size() >= least_cells(extent.axes())) {
+      cells.set_corners(part, stays);
+    } else {
+      specks.push_back(std::move(part));
     }
+  }
+  for (const Cells::Part& part : specks) {
+    if (part.size() == largest || cells.any_corner(part, is_known)) {
+      cells.set_corners(part, stays);
+    }
+  }
+  for (std::size_t site = 0; site < solid.size(); ++site) {
+    stays[site] = stays[site] || (!solid[site] && is_known(site));
   }
   stays.flip();
   return stays;

@@ -7,8 +7,9 @@
 
 namespace hdmbench {
 
-/// Returns which sites are `solid` or in no cell without solid corners: those are bumps of one pixel, which
-/// no cell of tissue alone holds. Sites that a condition knows stay as they are.
+/// Returns which sites are `solid` or bumps: of one pixel, in no cell without solid corners, or specks of a
+/// few cells that at most an edge or a corner joins to others. Tissue does not hold them. Sites that a
+/// condition knows stay as they are, and so do the cells around them.
 [[nodiscard]] std::vector<bool> with_bumps(const std::vector<bool>& solid, const Level& level);
 
 /// Makes the outline of the sites that are `solid` a wall: they become void (modulus 0), and the sites

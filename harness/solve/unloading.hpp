@@ -1,6 +1,7 @@
 #pragma once
 
 #include "harness/scene/scene.hpp"
+#include "harness/solve/progress.hpp"
 
 namespace hdmbench {
 
@@ -9,7 +10,7 @@ namespace hdmbench {
 /// from the state of its image, whose stress changes no stiffness, to the one without the tissue. No effect
 /// where Scene::before is none. Takes the processor, so that all backends get the same bits. Throws
 /// InputError where nothing held the body before, or its laws had no answer.
-void unload(Scene& scene);
+void unload(Scene& scene, Progress& progress);
 
 /// Throws std::logic_error where unload() is still to be called.
 void require_unloaded(const Scene& scene);
