@@ -16,8 +16,7 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Vector3d;
 
-/// A body of side 1 and modulus 1 that is displaced by a smooth field, in which Gauss points are dilated and
-/// pressed together by up to a half.
+/// A body of side 1 and modulus 1 that is displaced by a smooth field, with slopes of up to .3.
 struct Manufactured {
   bool is_volume = false;
   double stiffening = 0.0;
