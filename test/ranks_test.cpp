@@ -176,6 +176,18 @@ TEST_F(RankProgram, ElasticFilesAreThoseOfOneProcess) {
   expect_files_of_one_process(runs);
 }
 
+/// The first rank has coarse levels alone, behind levels that are cut and that it does not need: devices take
+/// coarse levels together.
+TEST_F(RankProgram, DevicesTakeTheCoarseLevelsOfManyCutOnes) {
+  for (const std::string_view backend : {"opencl", "gl-compute", "vulkan-compute"}) {
+    for (const std::string_view fewest : {"--sites-per-rank 64", "--sites-per-rank 300"}) {
+      expect_files_of_one_process(
+          {{"square", "--size 64x64 --energy elastic", 2, std::string(backend), std::string(fewest)},
+           {"ball", "--size 24x24x20 --energy elastic", 2, std::string(backend), std::string(fewest)}});
+    }
+  }
+}
+
 TEST_F(RankProgram, DevicesNamesThoseOfEachRank) {
   const test::Outcome outcome =
       test::expect_run(0, "devices", AllOf(HasSubstr("openmp"), HasSubstr("by-rank")), on_ranks(2));
@@ -235,6 +247,8 @@ TEST_F(RankProgram, VerifyComparesEverySweepOnEveryNumberOfRanks) {
            {"ball --size 9x10x21 --backends scalar,openmp --iterations 6 --methods icm", 4,
             "0 are certified"},
            {"ball --size 12x9x17 --energy elastic --backends openmp --quick", 3, " 0 are certified"},
+           {"square --size 64x64 --energy elastic --backends gl-compute,opencl --quick", 2,
+            " 0 are certified"},
            {selective + " --backends openmp --quick", 3, " 0 are certified"},
            {"random --size 21x13 --backends openmp --methods closed-form,sequential --quick", 2,
             "sequential, is left out"},

@@ -128,9 +128,8 @@ private:
     slots_.assign(hierarchy.levels.size(), initial_slots);
     calls_.clear();
     coarse_ = 1;
-    // Those that are taken together are halved along all axes.
     for (int level = 2; level < levels(); ++level) {
-      coarse_ = halved(level - 1) == 7 ? coarse_ : level;
+      coarse_ = is_halved_from(level - 1) ? coarse_ : level;
     }
     while (coarse_ < levels() && coarse_size() > most_coarse) {
       ++coarse_;
@@ -161,6 +160,12 @@ private:
   [[nodiscard]] bool has_masked(int level) const { return !level_at(level).masked.empty(); }
   /// ElasticKernel::halved of the step from a level to the next coarser one.
   [[nodiscard]] int halved(int level) const { return halved_axes(level_at(level + 1).stride); }
+  /// Whether the next coarser level is this one halved along all axes: the kernel that takes levels together
+  /// knows no others. Levels that pieces compute elsewhere are as small as the first one that is not cut.
+  [[nodiscard]] bool is_halved_from(int level) const {
+    return halved(level) == 7 &&
+           grid(level + 1).sites == coarser(grid(level).sites, level_at(level + 1).stride);
+  }
   [[nodiscard]] std::array<float, 3> law(int level) const {
     const ElasticRatios<float>& ratio = level_at(level).ratio;
     return is_volume_ ? std::array{ratio.lame, ratio.y, ratio.z} : std::array{ratio.nu, ratio.shear, ratio.y};
