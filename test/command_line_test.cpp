@@ -431,17 +431,39 @@ TEST(CommandLine, VerifyAndBenchWriteWhatTheCiOfOthersReads) {
   test::expect_run(0, "verify tie-rich --sizes 24 --backends openmp --junit " + junit.string());
   EXPECT_THAT(read_file(junit),
               AllOf(HasSubstr(R"(tests="3" failures="0" skipped="1")"),
-                    HasSubstr(R"(<testcase classname="tie-rich.24x24.icm" name="openmp resync">)")));
-  const nlohmann::json bad{{"scene", "a<b"},        {"width", 3},
-                           {"height", 4},           {"method", "icm"},
-                           {"backend", "openmp"},   {"mode", "free"},
-                           {"verdict", "disagree"}, {"sites_differing", 7},
-                           {"reason", "\"x\""},     {"repeat", "hdmbench verify 'a<b'"}};
+                    HasSubstr(R"(<testcase classname="tie-rich.24x24.icm" name="openmp resync" time="0.)")));
+  const nlohmann::json bad{{"scene", "a<b"},
+                           {"width", 3},
+                           {"height", 4},
+                           {"method", "icm"},
+                           {"backend", "openmp"},
+                           {"mode", "free"},
+                           {"verdict", "disagree"},
+                           {"sites_differing", 7},
+                           {"reason", "\"x\""},
+                           {"repeat", "hdmbench verify 'a<b'"},
+                           {"device", "card"},
+                           {"driver", "d 1"},
+                           {"why", "fused"},
+                           {"wall_seconds", 1.5},
+                           {"first_difference",
+                            {{"level", 2},
+                             {"iteration", 3},
+                             {"x", 4},
+                             {"y", 5},
+                             {"z", 6},
+                             {"expected", {1.5, 2.0, 0.0}},
+                             {"found", {1.25, 2.0, 0.0}},
+                             {"step", "sweep"}}}};
   report::write_junit(junit, nlohmann::json::array({bad}));
-  EXPECT_THAT(read_file(junit),
-              AllOf(HasSubstr(R"(failures="1")"), HasSubstr(R"(classname="a&lt;b.3x4.icm")"),
-                    HasSubstr("disagree: 7 sites differ, 0 counts are wrong. &quot;x&quot;\">hdmbench verify "
-                              "&#39;a&lt;b&#39;")));
+  EXPECT_THAT(
+      read_file(junit),
+      AllOf(HasSubstr(R"(failures="1")"), HasSubstr(R"(classname="a&lt;b.3x4.icm")"),
+            HasSubstr("name=\"openmp free\" time=\"1.500\">"),
+            HasSubstr(
+                "disagree: 7 sites differ, 0 counts are wrong. &quot;x&quot;\">device: card\ndriver: d 1\n"
+                "first: level 2, step 3, sweep, x = 4, y = 5, z = 6: expected [1.5,2.0,0.0], found "
+                "[1.25,2.0,0.0]\nwhy: fused\nrepeat: hdmbench verify &#39;a&lt;b&#39;")));
 
   const auto own = folder.path() / "bench.json";
   const auto google = folder.path() / "google.json";

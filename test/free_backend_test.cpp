@@ -2,6 +2,7 @@
 // land in the third tier: no more differs than rounding explains, and nothing where all is exact.
 
 #include "backends/cpu/cpu.hpp"
+#include "harness/scene/method.hpp"
 #include "test/scenes.hpp"
 
 namespace hdmbench::energies::Hdm::contracted {
@@ -72,6 +73,20 @@ TEST_P(FreeBackend, LandsInTheThirdTierWhereCandidatesNearlyTie) {
     EXPECT_TRUE(comparison.first->certificate.holds);
     if (comparison.mode == Mode::free) {
       EXPECT_GT(comparison.sites_drifted, 2 * comparison.sites_differing) << "drift is no difference";
+    }
+  }
+}
+
+TEST_P(FreeBackend, WhatTheCompilerDidIsNamed) {
+  Scene scene = make_tie_rich_scene();
+  use_method(scene, find_method("closed-form"), 4);
+  const bool is_fused = std::string_view(GetParam().name) == "contracted";
+  for (const Comparison& comparison : test::verified(scene, *backend_)) {
+    if (comparison.mode == Mode::resync) {
+      EXPECT_THAT(comparison.why,
+                  testing::AllOf(testing::StartsWith(is_fused ? "every product is fused"
+                                                              : "terms are added in another order"),
+                                 testing::HasSubstr("that makes all")));
     }
   }
 }

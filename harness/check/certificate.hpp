@@ -42,8 +42,9 @@ struct EnergyProofs {
   SiteAnswer (*specified_answer)(const Level& level, const VectorField& before, int number, int x, int y,
                                  int z);
 
-  /// The same of a device that fuses every product into the sum that follows.
-  SiteAnswer (*fused_answer)(const Level& level, const VectorField& before, int number, int x, int y, int z);
+  /// The same with the rewrites of the rewritten::Replay that lives in this thread (rewritten_real.hpp).
+  SiteAnswer (*replayed_answer)(const Level& level, const VectorField& before, int number, int x, int y,
+                                int z);
 
   /// Judges `found`, which a device made of site (x, y, z) of `before` in sweep `number`. Without fault a
   /// device computes each candidate's energy change to within its bound, so what it chose cannot be dearer

@@ -2,8 +2,8 @@
 
 #include "harness/check/bounded_real.hpp"
 #include "harness/check/certificate.hpp"
-#include "harness/check/fused_real.hpp"
 #include "harness/check/proven_real.hpp"
+#include "harness/check/rewritten_real.hpp"
 #include "kernels/data/gather.hpp"
 #include "kernels/specification/built_energy.hpp"
 
@@ -218,6 +218,6 @@ std::optional<InexactOperation> inexact_operation(const Level& level, const Vect
 
 } // namespace
 
-const EnergyProofs proofs{answer<float>, answer<fused::real>, certificate, inexact_operation};
+const EnergyProofs proofs{answer<float>, answer<rewritten::real>, certificate, inexact_operation};
 
 } // namespace hdmbench::energies::HDMBENCH_ENERGY

@@ -3,6 +3,7 @@
 #include "harness/check/compare.hpp"
 #include "harness/check/verify.hpp"
 #include "harness/solve/methods/solver.hpp"
+#include "harness/solve/stopwatch.hpp"
 
 #include <functional>
 #include <string>
@@ -36,6 +37,7 @@ Comparison begun(const Scene& scene, const Backend& backend, const SessionOption
 template <typename Follower, typename Call>
 void if_present(Follower& follower, const Call& call) {
   if (follower.session != nullptr) {
+    const Stopwatch watch(follower.comparison.seconds);
     try {
       call(follower);
     } catch (const DeviceError& error) {

@@ -1,6 +1,7 @@
 #include "harness/check/probe.hpp"
 
 #include "harness/check/certificate.hpp"
+#include "harness/check/rewritten_real.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/scene/sites.hpp"
 
@@ -253,7 +254,8 @@ ProbeRow fused_in_sweep(std::string text, Rule rule, Session& session) {
   std::vector<float> found;
   for_each_site(extent, [&](int x, int y) {
     const SiteAnswer specified = proofs_of(level).specified_answer(level, before, 0, x, y, 0);
-    const SiteAnswer fused = proofs_of(level).fused_answer(level, before, 0, x, y, 0);
+    const rewritten::Replay replay(rewritten::all_fused);
+    const SiteAnswer fused = proofs_of(level).replayed_answer(level, before, 0, x, y, 0);
     for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
       question.answers.push_back({specified[axis], fused[axis]});
       found.push_back(swept[axis][extent.index(x, y)]);

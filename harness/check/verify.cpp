@@ -1,6 +1,7 @@
 #include "harness/check/verify.hpp"
 
 #include "harness/check/follower.hpp"
+#include "harness/check/why.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
@@ -45,6 +46,7 @@ struct Follower {
   VectorField field{};           ///< what the backend has
   std::int64_t last_changed = 0; ///< sites that its last sweep on this level really changed
   VectorField begin{};           ///< of the level
+  Evidence evidence{};           ///< in resync
   bool drifted = false;          ///< on its own: `field` is another one than the reference's
 
   /// From `begin`.
@@ -76,12 +78,29 @@ struct Follower {
                    return certificate;
                  });
     }
+    if (!alone && drift.sites > 0) {
+      keep_evidence(step);
+    }
     drifted = alone && drift.sites > 0;
     last_changed = as_reference ? step.changed : compare(before, field).sites;
     ++comparison.sweeps;
     comparison.iterations = comparison.sweeps / sweeps_per_iteration(step.level);
     comparison.counts_differing += session->changed() == last_changed ? 0 : 1;
     count_field(comparison, field, drift);
+  }
+
+  void keep_evidence(const ReferenceStep& step) {
+    constexpr std::size_t sites_worth_several_steps = std::size_t{1} << 20;
+    const bool is_enough = !evidence.empty() && field.extent.sites() > sites_worth_several_steps;
+    if (is_enough || !evidence.wants(step.place.level)) {
+      return;
+    }
+    // Copies: levels come and go.
+    evidence.add(step.place.level, 0, step.after, field,
+                 [level = std::make_shared<const Level>(step.level), number = step.number,
+                  before = std::make_shared<const VectorField>(step.before)](int x, int y, int z) {
+                   return proofs_of(*level).replayed_answer(*level, *before, number, x, y, z);
+                 });
   }
 };
 
@@ -91,7 +110,8 @@ public:
   ReferenceRun(const Scene& scene, const Backend& reference, std::span<const Backend* const> backends,
                const VerifyOptions& options, Progress& progress)
       : scene_(scene), levels_(scene), backends_(backends), options_(options.session),
-        limit_(options.iteration_limit), session_(reference.open(options.session)), progress_(progress) {
+        limit_(options.iteration_limit), explains_(options.explains),
+        session_(reference.open(options.session)), progress_(progress) {
     for (const Mode mode : {Mode::resync, Mode::free, Mode::active}) {
       if (why_left_out(mode, scene).empty()) {
         modes_.push_back(mode);
@@ -130,6 +150,9 @@ public:
       for (Follower& follower : modes) {
         if (follower.session != nullptr) {
           conclude(follower.comparison, conditions);
+        }
+        if (explains_) {
+          follower.comparison.why = follower.evidence.explain().text();
         }
         comparisons.push_back(follower.comparison);
       }
@@ -221,6 +244,7 @@ private:
       return comparison;
     }
     try {
+      const Stopwatch watch(comparison.seconds);
       for (Follower& follower : followers) {
         if (follower.session != nullptr) {
           solve(pyramid, *follower.session, follower, comparison, &follower == &followers.back() ? 2 : 1);
@@ -260,6 +284,7 @@ private:
   std::span<const Backend* const> backends_;
   SessionOptions options_;
   std::optional<int> limit_;
+  bool explains_;
   std::unique_ptr<Session> session_;
   Progress& progress_;
   std::vector<Mode> modes_; ///< that go sweep by sweep and are not left out

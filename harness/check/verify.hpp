@@ -95,9 +95,12 @@ struct Comparison {
   double largest_gap_over_bound = 0.0; ///< over the certified sites, at most 1
   std::int64_t counts_differing = 0;   ///< sweeps after which changed() was wrong
   double largest_difference = 0.0;     ///< from the reference's field, pixels
+  double seconds = 0.0;                ///< in which the backend computed and was judged
   /// The site updates that active work could leave out (RestingTiles).
   std::int64_t sites_at_rest = 0;
   std::optional<FirstDifference> first{};
+  /// In resync, where bits differ: which rewrites of the arithmetic make what was found, or that none does.
+  std::string why{};
   Verdict verdict = Verdict::skipped;
   Tier tier = Tier::none;
   std::string reason{}; ///< for mistrusted and skipped
@@ -108,6 +111,7 @@ struct Comparison {
 struct VerifyOptions {
   SessionOptions session;
   std::optional<int> iteration_limit; ///< per level, for a shorter run
+  bool explains = true;               ///< Comparison::why, which takes up to seconds where bits differ
 };
 
 /// Judges a backend that has to have the reference's bits: what rounding explains is wrong all the same.

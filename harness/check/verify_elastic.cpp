@@ -1,6 +1,7 @@
 #include "backends/cpu/elastic_answers.hpp"
 #include "harness/check/bounded_real.hpp"
 #include "harness/check/follower.hpp"
+#include "harness/check/why.hpp"
 #include "harness/solve/methods/elastic.hpp"
 
 #include <fmt/format.h>
@@ -14,11 +15,14 @@ namespace {
 
 /// What a session makes of a site, each number with a bound of its rounding error.
 using Bounded = ElasticAnswers<bounded::real>;
+/// The same with the rewrites of a rewritten::Replay.
+using Replayed = ElasticAnswers<rewritten::real>;
 
 /// One backend in one mode.
 struct ElasticFollower {
   std::unique_ptr<ElasticSession> session; ///< null: skipped
   Comparison comparison;
+  Evidence evidence{};
 };
 
 /// How far `found` is from the bounded number, in units of the bound. 0 of 0 is 0.
@@ -49,7 +53,7 @@ public:
       ++follower.comparison.sweeps;
       count_field(follower.comparison, expected, difference);
       if (difference.sites > 0) {
-        judge(step, before, expected, found, follower.comparison);
+        judge(step, before, expected, found, follower);
         follower.session->write(step.made_on(), step.to, expected);
       }
     });
@@ -83,6 +87,7 @@ public:
 
 private:
   void do_load(ElasticHierarchy& hierarchy) override {
+    kept_.reset();
     reference_.load(hierarchy);
     each_present(followers_, [&](ElasticFollower& follower) {
       follower.session->load(hierarchy);
@@ -108,12 +113,22 @@ private:
   }
 
   void judge(const MethodStep& step, const VectorField& before, const VectorField& expected,
-             const VectorField& found, Comparison& comparison) const {
-    ElasticFields fields = fields_now();
-    fields.write(step.made_on(), step.to, before);
-    const Bounded of(hierarchy(), fields);
+             const VectorField& found, ElasticFollower& follower) const {
+    const auto fields = std::make_shared<ElasticFields>(fields_now());
+    fields->write(step.made_on(), step.to, before);
+    constexpr std::size_t sites_worth_several_steps = std::size_t{1} << 18;
+    const bool is_enough = !follower.evidence.empty() && grid(0).sites.sites() > sites_worth_several_steps;
+    const auto kind = static_cast<int>(step.kind);
+    if (!is_enough && follower.evidence.wants(step.level, kind)) {
+      const auto at_site = [fields, step, hierarchy = kept_hierarchy()](int x, int y, int z) {
+        return replayed(*hierarchy, *fields, step, x, y, z);
+      };
+      const bool is_of_many = step.kind == MethodStep::Kind::restrict_residual;
+      follower.evidence.add(step.level, kind, expected, found, at_site, is_of_many ? 27 : 1);
+    }
+    const Bounded of(hierarchy(), *fields);
     judge_step(
-        comparison, expected, found,
+        follower.comparison, expected, found,
         {.level = step.made_on(), .iteration = static_cast<int>(steps_), .step = std::string(step.name())},
         [&](int x, int y, int z) {
           const std::size_t site = found.extent.index(x, y, z);
@@ -126,8 +141,35 @@ private:
         });
   }
 
+  /// What is stored on the way is a number, whatever it was made by.
+  [[nodiscard]] static SiteAnswer replayed(const ElasticHierarchy& hierarchy, const ElasticFields& fields,
+                                           const MethodStep& step, int x, int y, int z) {
+    const Replayed of(hierarchy, fields);
+    const auto as_stored = [](Replayed::Answer answer) {
+      for (rewritten::real& number : answer) {
+        number = stored(number);
+      }
+      return answer;
+    };
+    const Replayed::Answer answer =
+        step.restricts()
+            ? of.restricted(step.level, x, y, z,
+                            [&](int i, int j, int k) { return as_stored(of.handed_down(step, i, j, k)); })
+            : of.of(step, x, y, z);
+    return {stored(answer[0]), stored(answer[1]), stored(answer[2])};
+  }
+
+  /// A copy for the time after the method has ended.
+  [[nodiscard]] std::shared_ptr<const ElasticHierarchy> kept_hierarchy() const {
+    if (kept_ == nullptr) {
+      kept_ = std::make_shared<const ElasticHierarchy>(hierarchy());
+    }
+    return kept_;
+  }
+
   ElasticSession& reference_;
   std::span<ElasticFollower> followers_;
+  mutable std::shared_ptr<const ElasticHierarchy> kept_;
   std::int64_t steps_ = 0;
 };
 
@@ -155,6 +197,9 @@ std::vector<Comparison> verify_elastic(const Scene& scene_, const Backend& refer
   for (std::size_t i = 0; i < backends.size(); ++i) {
     Comparison& led = followers[i].comparison;
     led.iterations = iterations;
+    if (options.explains) {
+      led.why = followers[i].evidence.explain().text();
+    }
     Comparison alone{.backend = led.backend,
                      .device = led.device,
                      .mode = Mode::pyramid,
@@ -170,6 +215,7 @@ std::vector<Comparison> verify_elastic(const Scene& scene_, const Backend& refer
       const Conditions conditions{.why_mistrusted = why_mistrusted(scene, largest_magnitude(expected) > 0.0)};
       conclude(led, conditions);
       try {
+        const Stopwatch watch(alone.seconds);
         const std::unique_ptr<ElasticSession> own = backends[i]->open_elastic(options.session);
         const VectorField found = solve_elastic(scene, *own, silent).displacement;
         const bool is_certified = led.uncertified == 0 && led.counts_differing == 0 && led.certified_ties > 0;

@@ -26,6 +26,8 @@ nlohmann::json verify_row(const Scene& scene, const Comparison& comparison) {
                                   {"tier", name_of(comparison.tier)},
                                   {"verdict", name_of(comparison.verdict)},
                                   {"reason", comparison.reason},
+                                  {"why", comparison.why},
+                                  {"wall_seconds", comparison.seconds},
                                   {"sites_drifted", comparison.sites_drifted},
                                   {"largest_gap_over_bound", comparison.largest_gap_over_bound},
                                   {"sites_at_rest", comparison.sites_at_rest}},

@@ -95,6 +95,12 @@ json rows_by_backend(std::span<const Comparison> comparisons) {
   return rows;
 }
 
+void print_why(const Comparison& comparison) {
+  if (!comparison.why.empty()) {
+    fmt::print("    why: {}\n", comparison.why);
+  }
+}
+
 /// Where bits differ: how many sites and why, the first of them, and the command line that repeats it.
 void explain_disagreement(const Scene& scene, const Comparison& comparison, const std::string& repeat) {
   fmt::print("    {} sites are NaN or infinite, {} of {} differing sites are not explained by rounding\n",
@@ -108,6 +114,7 @@ void explain_disagreement(const Scene& scene, const Comparison& comparison, cons
                first.x, first.y, first.expected.size() > 2 ? fmt::format(", z = {}", first.z) : "",
                fmt::join(first.expected, ", "), fmt::join(first.found, ", "));
   }
+  print_why(comparison);
   if (comparison.counts_differing > 0) {
     fmt::print("    {} {}\n", grouped(comparison.counts_differing),
                scene.energy->is_of_cells() ? "sums over the image are wrong"
@@ -139,6 +146,8 @@ void explain_disagreements(const Scene& scene, const std::vector<Comparison>& co
                one.reason.empty() ? "" : ": " + one.reason);
     if (one.verdict == Verdict::disagree) {
       explain_disagreement(scene, one, repeat_line(call, scene, one.backend));
+    } else {
+      print_why(one);
     }
   }
 }

@@ -25,7 +25,8 @@ struct JunitCase {
   std::string name;
   std::string skipped{}; ///< why; empty: it was not
   std::string failure{}; ///< likewise
-  std::string repeat{};
+  std::string details{}; ///< of a failure, line by line
+  double seconds = 0.0;  ///< 0: not known
 };
 
 template <typename CaseOf>
@@ -40,13 +41,14 @@ void write_cases(const std::filesystem::path& file, std::string_view command, co
   for (const nlohmann::json& row : rows) {
     const JunitCase one = case_of(row);
     cases +=
-        fmt::format(R"(  <testcase classname="{}" name="{}">)", escape(one.class_name), escape(one.name));
+        fmt::format(R"(  <testcase classname="{}" name="{}"{}>)", escape(one.class_name), escape(one.name),
+                    one.seconds > 0.0 ? fmt::format(" time=\"{:.3f}\"", one.seconds) : "");
     if (!one.skipped.empty()) {
       ++skipped;
       cases += fmt::format(R"(<skipped message="{}"/>)", escape(one.skipped));
     } else if (!one.failure.empty()) {
       ++failures;
-      cases += fmt::format(R"(<failure message="{}">{}</failure>)", escape(one.failure), escape(one.repeat));
+      cases += fmt::format(R"(<failure message="{}">{}</failure>)", escape(one.failure), escape(one.details));
     }
     cases += "</testcase>\n";
   }
@@ -58,19 +60,39 @@ void write_cases(const std::filesystem::path& file, std::string_view command, co
 
 } // namespace
 
+/// Device, driver, first difference, why, and the command line that repeats it.
+static std::string details_of_difference(const nlohmann::json& row) {
+  std::string details =
+      fmt::format("device: {}\ndriver: {}\n", text_of(row, "device"), text_of(row, "driver"));
+  if (const auto first = row.find("first_difference"); first != row.end() && first->is_object()) {
+    const std::string step = text_of(*first, "step");
+    details += fmt::format("first: level {}, {} {}{}, x = {}, y = {}{}: expected {}, found {}\n",
+                           first->value("level", 0), step.empty() ? "iteration" : "step",
+                           first->value("iteration", 0), step.empty() ? "" : ", " + step,
+                           first->value("x", 0), first->value("y", 0),
+                           first->contains("z") ? fmt::format(", z = {}", first->value("z", 0)) : "",
+                           (*first)["expected"].dump(), (*first)["found"].dump());
+  }
+  if (const std::string why = text_of(row, "why"); !why.empty()) {
+    details += fmt::format("why: {}\n", why);
+  }
+  return details + "repeat: " + text_of(row, "repeat");
+}
+
 void write_junit(const std::filesystem::path& file, const nlohmann::json& rows) {
   write_cases(file, "verify", rows, [](const nlohmann::json& row) {
     const std::string verdict = text_of(row, "verdict");
     const std::string reason = text_of(row, "reason");
     JunitCase one{.class_name =
                       fmt::format("{}.{}.{}", text_of(row, "scene"), short_size(row), text_of(row, "method")),
-                  .name = fmt::format("{} {}", text_of(row, "backend"), text_of(row, "mode"))};
+                  .name = fmt::format("{} {}", text_of(row, "backend"), text_of(row, "mode")),
+                  .seconds = row.value("wall_seconds", 0.0)};
     if (verdict == "skipped") {
       one.skipped = reason.empty() ? verdict : reason;
     } else if (verdict != "agree" && verdict != "certified") {
       one.failure = fmt::format("{}: {} sites differ, {} counts are wrong. {}", verdict,
                                 row.value("sites_differing", 0L), row.value("counts_differing", 0L), reason);
-      one.repeat = text_of(row, "repeat");
+      one.details = details_of_difference(row);
     }
     return one;
   });
@@ -88,7 +110,7 @@ void write_junit_of_machine_code(const std::filesystem::path& file, const nlohma
       for (const nlohmann::json& line : row["fused_lines"]) {
         one.failure += line.get<std::string>() + "; ";
       }
-      one.repeat = fmt::format("hdmbench machine-code --targets {}", text_of(row, "target"));
+      one.details = fmt::format("hdmbench machine-code --targets {}", text_of(row, "target"));
     }
     return one;
   });

@@ -4,7 +4,6 @@
 #include "backends/cpu/elastic_serial.hpp"
 #include "harness/check/certificate.hpp"
 #include "harness/check/compare.hpp"
-#include "harness/check/fused_real.hpp"
 #include "harness/scene/sites.hpp"
 
 namespace hdmbench::faults {
@@ -141,43 +140,78 @@ private:
   mutable bool is_waited_for_ = false;
 };
 
-class FusedSession final : public Session {
+/// Site by site in an arithmetic that takes liberties.
+class RewrittenSession final : public Session {
+public:
+  explicit RewrittenSession(std::vector<rewritten::Rewrite> rewrites) : rewrites_(std::move(rewrites)) {}
+
+private:
   void do_load(const Level& level) override { level_ = level; }
   void do_write(const VectorField& displacement) override { current_ = displacement; }
   void do_read(VectorField& displacement) override { displacement = current_; }
   std::int64_t do_changed() override { return changed_; }
 
   void do_step(int first, int sweeps) override {
+    const rewritten::Replay replay(rewrites_);
     for (int number = first; number < first + sweeps; ++number) {
       const VectorField before = current_;
       for_each_site(level_.extent, [&](int x, int y, int z) {
         set_site(current_, level_.extent.index(x, y, z),
-                 proofs_of(level_).fused_answer(level_, before, number, x, y, z));
+                 proofs_of(level_).replayed_answer(level_, before, number, x, y, z));
       });
       changed_ = compare(before, current_).sites;
     }
   }
 
+  std::vector<rewritten::Rewrite> rewrites_;
   Level level_;
   VectorField current_;
   std::int64_t changed_ = 0;
 };
 
-class Fused final : public Backend {
+class RewrittenElasticSession final : public ElasticSession {
 public:
-  std::string_view name() const override { return "fused"; }
-  std::string_view description() const override { return "plain C++ with fused multiply-adds"; }
+  explicit RewrittenElasticSession(std::vector<rewritten::Rewrite> rewrites)
+      : rewrites_(std::move(rewrites)) {}
+
+  void take(const MethodStep& step) override {
+    const rewritten::Replay replay(rewrites_);
+    plain_.take(step);
+  }
+  void read(int level, ElasticField field, VectorField& values) const override {
+    plain_.read(level, field, values);
+  }
+  [[nodiscard]] float dot(ElasticField first, ElasticField second) const override {
+    const rewritten::Replay replay(rewrites_);
+    return plain_.dot(first, second);
+  }
+
+private:
+  void do_load(ElasticHierarchy& hierarchy) override { plain_.load(hierarchy); }
+
+  std::vector<rewritten::Rewrite> rewrites_;
+  ElasticSerial<rewritten::real> plain_;
+};
+
+class Rewritten final : public Backend {
+public:
+  explicit Rewritten(std::vector<rewritten::Rewrite> rewrites) : rewrites_(std::move(rewrites)) {}
+
+  std::string_view name() const override { return "rewritten"; }
+  std::string_view description() const override { return "plain C++ by a compiler that takes liberties"; }
   std::vector<Device> devices() const override { return {cpu_device("1 thread")}; }
   bool has_elastic() const override { return true; }
 
 private:
   std::unique_ptr<Session> do_open(std::size_t /*index*/, const SessionOptions& /*options*/) const override {
-    return std::make_unique<FusedSession>();
+    return std::make_unique<RewrittenSession>(rewrites_);
   }
   std::unique_ptr<ElasticSession> do_open_elastic(std::size_t /*index*/,
                                                   const SessionOptions& /*options*/) const override {
-    return std::make_unique<ElasticSerial<fused::real>>();
+    return std::make_unique<RewrittenElasticSession>(rewrites_);
   }
+
+  std::vector<rewritten::Rewrite> rewrites_;
 };
 
 } // namespace
@@ -200,8 +234,12 @@ std::unique_ptr<ElasticSession> FaultyBackend::do_open_elastic(std::size_t /*ind
   return spoilt(sound_.open_elastic(options), fault_);
 }
 
+std::unique_ptr<Backend> make_rewritten(std::vector<rewritten::Rewrite> rewrites) {
+  return std::make_unique<Rewritten>(std::move(rewrites));
+}
+
 std::unique_ptr<Backend> make_fused() {
-  return std::make_unique<Fused>();
+  return make_rewritten({rewritten::all_fused.begin(), rewritten::all_fused.end()});
 }
 
 } // namespace hdmbench::faults

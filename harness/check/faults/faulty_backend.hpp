@@ -2,6 +2,7 @@
 
 #include "backends/backend.hpp"
 #include "backends/shared/elastic_session.hpp"
+#include "harness/check/rewritten_real.hpp"
 
 #include <functional>
 #include <memory>
@@ -76,8 +77,9 @@ private:
 /// dense all is well; in the steps and sums of the elastic energy.
 [[nodiscard]] std::vector<Fault> session_faults();
 
-/// A control, which rounding has to explain: the specification as a compiler gives it that fuses every
-/// product into the sum or difference that follows; one thread.
+/// The specification as a compiler gives it that takes these liberties; one thread.
+[[nodiscard]] std::unique_ptr<Backend> make_rewritten(std::vector<rewritten::Rewrite> rewrites);
+/// A control, which rounding has to explain: every product is fused into the sum or difference that follows.
 [[nodiscard]] std::unique_ptr<Backend> make_fused();
 
 } // namespace hdmbench::faults

@@ -205,8 +205,9 @@ nlohmann::json try_out(const Planted& planted, const Backend& reference, std::sp
     try {
       const std::unique_ptr<Backend> faulty = planted.make();
       const Backend* const backends[] = {faulty.get()};
-      std::vector<Comparison> comparisons = verify(
-          trial.scene, reference, backends, {.session = {}, .iteration_limit = iteration_limit}, silent);
+      std::vector<Comparison> comparisons =
+          verify(trial.scene, reference, backends,
+                 {.session = {}, .iteration_limit = iteration_limit, .explains = false}, silent);
       if (planted.bitwise) {
         std::ranges::for_each(comparisons, excuse_nothing);
       }
