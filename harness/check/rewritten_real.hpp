@@ -134,13 +134,20 @@ struct real {
       : value(value_), left(left_), right(right_), made(made_) {}
 };
 
-/// An operand, with the place of its operation, which the conversion to it is told.
+/// An operand, with the place of its operation, which the conversion to it is told: each compiler has a
+/// column in its own way.
 struct Operand {
+#ifdef __clang__
+#define HDM_COLUMN __builtin_COLUMN()
+#else
+#define HDM_COLUMN std::source_location::current().column()
+#endif
   template <typename Number>
   requires std::is_convertible_v<Number, real>
-  [[gnu::always_inline]] Operand(const Number& number,
-                                 const std::source_location& at = std::source_location::current())
-      : of(number), place{at.file_name(), at.line(), at.column()} {}
+  Operand(const Number& number, const char* file = __builtin_FILE(), unsigned line = __builtin_LINE(),
+          unsigned column = HDM_COLUMN)
+      : of(number), place{file, line, column} {}
+#undef HDM_COLUMN
 
   real of;
   Place place;
