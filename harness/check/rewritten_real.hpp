@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <compare>
@@ -69,9 +70,6 @@ public:
     for (const Rewrite& one : rewrites) {
       taken_.at(static_cast<std::size_t>(one.kind)) = true;
     }
-    asks_for_results_ = seen != nullptr || taken_[static_cast<std::size_t>(Kind::flushed)] ||
-                        taken_[static_cast<std::size_t>(Kind::truncated)] ||
-                        taken_[static_cast<std::size_t>(Kind::halved)];
   }
   Replay(const Replay&) = delete;
   Replay& operator=(const Replay&) = delete;
@@ -83,18 +81,17 @@ public:
     if (!taken_[static_cast<std::size_t>(kind)]) {
       return false;
     }
-    for (const Rewrite& one : rewrites_) {
-      if (one.kind == kind && (!one.place || one.place->holds(place))) {
-        return true;
-      }
-    }
-    return false;
+    return std::ranges::any_of(rewrites_, [&](const Rewrite& one) {
+      return one.kind == kind && (!one.place || one.place->holds(place));
+    });
   }
-  /// Whether results are more than what the processor makes of the operands.
-  [[nodiscard]] bool asks_for_results() const { return asks_for_results_; }
   /// Whether it matters that a rewrite could be made.
   [[nodiscard]] bool asks_for(Kind kind) const {
     return seen_ != nullptr || taken_[static_cast<std::size_t>(kind)];
+  }
+  /// Whether results are more than what the processor makes of the operands.
+  [[nodiscard]] bool asks_for_results() const {
+    return asks_for(Kind::flushed) || asks_for(Kind::truncated) || asks_for(Kind::halved);
   }
   void could_take(Kind kind, const Place& place) const {
     if (seen_ != nullptr) {
@@ -112,7 +109,6 @@ private:
   std::span<const Rewrite> rewrites_;
   std::array<bool, kinds> taken_{}; ///< anywhere
   std::set<Rewrite>* seen_;
-  bool asks_for_results_ = false;
   const Replay* outer_;
 };
 
