@@ -14,6 +14,32 @@ namespace {
 
 using Eigen::Matrix3d;
 
+Matrix3d random_gradient(test::Uniform& uniform) {
+  Matrix3d matrix;
+  for (double& entry : matrix.reshaped()) {
+    entry = 0.35 * (2.0 * uniform() - 1.0);
+  }
+  return matrix;
+}
+
+/// Expects that the stress has the energy's slopes, by differences, and that it turns with the body.
+template <typename Energy, typename Stress>
+void expect_slope_that_turns(const Energy& energy, const Stress& stress_at, const Matrix3d& gradient,
+                             const Matrix3d& turn) {
+  const Matrix3d stress = stress_at(gradient);
+  for (int entry = 0; entry < 9; ++entry) {
+    constexpr double step = 1e-6;
+    Matrix3d more = gradient;
+    Matrix3d less = gradient;
+    more.data()[entry] += step;
+    less.data()[entry] -= step;
+    const double slope = (energy(more) - energy(less)) / (2.0 * step);
+    EXPECT_NEAR(stress.data()[entry], slope, 1e-7 * (1.0 + stress.norm())); // W has 16 digits, a step 6
+  }
+  const Matrix3d turned = turn * (Matrix3d::Identity() + gradient) - Matrix3d::Identity();
+  EXPECT_LT((stress_at(turned) - turn * stress).norm(), 1e-12 * (1.0 + stress.norm()));
+}
+
 /// W of the header of neo_hookean.inc, from the gradient.
 double stored_energy(const Matrix3d& gradient, double mu, double lame, double b) {
   const Matrix3d f = Matrix3d::Identity() + gradient;
@@ -34,34 +60,16 @@ Matrix3d stress_of(const Matrix3d& h, double mu, double lame, double b) {
 
 TEST(Laws, AStressIsTheSlopeOfTheEnergyAndTurnsWithTheBody) {
   test::Uniform uniform(11);
-  const auto random = [&](double size) {
-    Matrix3d matrix;
-    for (double& entry : matrix.reshaped()) {
-      entry = size * (2.0 * uniform() - 1.0);
-    }
-    return matrix;
-  };
   const Matrix3d turn =
       Eigen::AngleAxisd(1.1, Eigen::Vector3d(1.0, 2.0, -0.5).normalized()).toRotationMatrix();
   for (int i = 0; i < 50; ++i) {
-    const Matrix3d gradient = random(0.35);
+    const Matrix3d gradient = random_gradient(uniform);
     if ((Matrix3d::Identity() + gradient).determinant() < 0.2) {
       continue;
     }
     for (const double b : {0.0, 4.0}) {
-      const Matrix3d stress = stress_of(gradient, 1.3, 2.1, b);
-      for (int entry = 0; entry < 9; ++entry) {
-        constexpr double step = 1e-6;
-        Matrix3d more = gradient;
-        Matrix3d less = gradient;
-        more.data()[entry] += step;
-        less.data()[entry] -= step;
-        const double slope =
-            (stored_energy(more, 1.3, 2.1, b) - stored_energy(less, 1.3, 2.1, b)) / (2.0 * step);
-        EXPECT_NEAR(stress.data()[entry], slope, 1e-7 * (1.0 + stress.norm())); // W has 16 digits, a step 6
-      }
-      const Matrix3d turned = turn * (Matrix3d::Identity() + gradient) - Matrix3d::Identity();
-      EXPECT_LT((stress_of(turned, 1.3, 2.1, b) - turn * stress).norm(), 1e-12 * (1.0 + stress.norm()));
+      expect_slope_that_turns([&](const Matrix3d& h) { return stored_energy(h, 1.3, 2.1, b); },
+                              [&](const Matrix3d& h) { return stress_of(h, 1.3, 2.1, b); }, gradient, turn);
     }
   }
 }
@@ -84,29 +92,16 @@ TEST(Laws, TheStressOfAFibreIsTheSlopeOfItsEnergyAndTurnsWithTheBody) {
       Eigen::AngleAxisd(0.8, Eigen::Vector3d(-1.0, 0.3, 2.0).normalized()).toRotationMatrix();
   int shortened = 0;
   for (int i = 0; i < 50; ++i) {
-    Matrix3d gradient;
-    for (double& entry : gradient.reshaped()) {
-      entry = 0.35 * (2.0 * uniform() - 1.0);
-    }
+    const Matrix3d gradient = random_gradient(uniform);
     const auto energy = [&](const Matrix3d& h, double compression) {
       const double longer = ((Matrix3d::Identity() + h) * a).squaredNorm() - 1.0;
       return 7.0 / 8.0 * longer * longer * (longer < 0.0 ? compression : 1.0);
     };
     for (const double compression : {0.0, 1.0}) {
-      const Matrix3d stress = stress_of_fibre(gradient, a, 7.0, compression);
-      shortened += compression == 0.0 && stress.norm() == 0.0 ? 1 : 0;
-      for (int entry = 0; entry < 9; ++entry) {
-        constexpr double step = 1e-6;
-        Matrix3d more = gradient;
-        Matrix3d less = gradient;
-        more.data()[entry] += step;
-        less.data()[entry] -= step;
-        const double slope = (energy(more, compression) - energy(less, compression)) / (2.0 * step);
-        EXPECT_NEAR(stress.data()[entry], slope, 1e-7 * (1.0 + stress.norm()));
-      }
-      const Matrix3d turned = turn * (Matrix3d::Identity() + gradient) - Matrix3d::Identity();
-      EXPECT_LT((stress_of_fibre(turned, a, 7.0, compression) - turn * stress).norm(),
-                1e-12 * (1.0 + stress.norm()));
+      const auto stress_at = [&](const Matrix3d& h) { return stress_of_fibre(h, a, 7.0, compression); };
+      shortened += compression == 0.0 && stress_at(gradient).norm() == 0.0 ? 1 : 0;
+      expect_slope_that_turns([&](const Matrix3d& h) { return energy(h, compression); }, stress_at, gradient,
+                              turn);
     }
   }
   EXPECT_GT(shortened, 10);

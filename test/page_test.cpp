@@ -88,6 +88,33 @@ TEST_F(Page, VerdictsAreTheWorstThatWasFound) {
   EXPECT_THAT(verdict().sentence, HasSubstr("there are no results of hdmbench verify"));
 }
 
+/// Once each, whatever the numbers of sites; a cause that rounding excuses is none for concern.
+TEST_F(Page, SaysWhyBitsDiffer) {
+  const auto fused = [](const char* backend, const char* verdict, const char* sites) {
+    return verify_row(backend,
+                      {{"verdict", verdict},
+                       {"why", fmt::format("a product is fused in hdm/energy.inc, line 22: that makes "
+                                           "all of {} sites that differ and 9 beside them",
+                                           sites)}});
+  };
+  const auto all = [&] {
+    std::string text = verdict().sentence;
+    for (const report::Finding& note : verdict().notes) {
+      text += '\n' + note.sentence;
+    }
+    return text;
+  };
+  const std::string cause = "Why bits differ: a product is fused in hdm/energy.inc, line 22 (";
+  write("verify.json", "verify",
+        json::array({fused("openmp", "certified", "7"), fused("opencl", "certified", "8")}));
+  EXPECT_EQ(verdict().state, report::State::good);
+  EXPECT_THAT(all(), AllOf(HasSubstr(cause), HasSubstr("openmp"), HasSubstr("opencl")));
+  EXPECT_EQ(all().find(cause), all().rfind(cause));
+  write("verify.json", "verify", json::array({fused("openmp", "disagree", "7")}));
+  EXPECT_EQ(verdict().state, report::State::bad);
+  EXPECT_THAT(all(), HasSubstr(cause));
+}
+
 /// A page of bench alone says what bench checked, and compares what does the same.
 TEST_F(Page, BenchAloneIsAComparison) {
   json scalar = bench_row("scalar", 300, 1.0, 1.0);

@@ -167,6 +167,21 @@ TEST(Why, AMistakeIsNoRewrite) {
   }
 }
 
+/// Where a site sees others that have moved already, nobody can compute it alone.
+TEST(Why, NothingIsSaidOfSequentialUpdates) {
+  Scene scene = scenes_with_rewrites().front().scene;
+  scene.full.update = Update::sequential;
+  const faults::FaultyBackend backend(
+      test::scalar(), {.name = "last-site",
+                       .in_sweep = [](VectorField& after, const VectorField&) { after[0].back() += 1.0F; }});
+  bool differs = false;
+  for (const Comparison& comparison : test::verified(scene, backend)) {
+    differs = differs || comparison.sites_differing > 0;
+    EXPECT_EQ(comparison.why, "");
+  }
+  EXPECT_TRUE(differs);
+}
+
 /// Two liberties at the same time.
 TEST(Why, NamesSeveralLines) {
   const Scene scene = scenes_with_rewrites().front().scene;

@@ -122,6 +122,13 @@ struct real {
   Made made = Made::otherwise;
 
   real() = default;
+  real(real&&) = default;
+  /// A copy is the number alone: what is chosen of two, or handed to a function by its name, no compiler
+  /// takes apart.
+  real(const real& other) : value(other.value) {}
+  real& operator=(const real&) = default;
+  real& operator=(real&&) = default;
+  ~real() = default;
   // Implicit, as energy.inc and update.inc write constants and results.
   real(int constant) : value(static_cast<float>(constant)) {}
   real(double constant) : value(static_cast<float>(constant)) {}
@@ -133,6 +140,9 @@ struct real {
 /// An operand, with the place of its operation, which the conversion to it is told: each compiler has a
 /// column in its own way.
 struct Operand {
+  static real as_it_was_made(const real& number) {
+    return {number.value, number.made, number.left, number.right};
+  }
 #ifdef __clang__
 #define HDM_COLUMN __builtin_COLUMN()
 #else
@@ -142,7 +152,7 @@ struct Operand {
   requires std::is_convertible_v<Number, real>
   Operand(const Number& number, const char* file = __builtin_FILE(), unsigned line = __builtin_LINE(),
           unsigned column = HDM_COLUMN)
-      : of(number), place{file, line, column} {}
+      : of(as_it_was_made(number)), place{file, line, column} {}
 #undef HDM_COLUMN
 
   real of;

@@ -92,7 +92,8 @@ struct Follower {
   void keep_evidence(const ReferenceStep& step) {
     constexpr std::size_t sites_worth_several_steps = std::size_t{1} << 20;
     const bool is_enough = !evidence.empty() && field.extent.sites() > sites_worth_several_steps;
-    if (is_enough || !evidence.wants(step.place.level)) {
+    // Sequential sites see others that have moved: nobody can compute one alone.
+    if (is_enough || step.level.update == Update::sequential || !evidence.wants(step.place.level)) {
       return;
     }
     // Copies: levels come and go.

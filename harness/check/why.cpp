@@ -137,16 +137,22 @@ void Evidence::add(int level, int kind, const VectorField& expected, const Vecto
   for (std::size_t i = 0; i < std::min(extent.sites(), most_of_step); ++i) {
     kept.insert(i * extent.sites() / std::min(extent.sites(), most_of_step));
   }
+  std::vector<Sample> of_step;
   for (const std::size_t site : kept) {
     const auto width = static_cast<std::size_t>(extent.width);
     const auto height = static_cast<std::size_t>(extent.height);
-    samples_.push_back({.at_site = at_site,
-                        .at = {static_cast<int>(site % width), static_cast<int>(site / width % height),
-                               static_cast<int>(site / (width * height))},
-                        .found = site_of(found, site),
-                        .differs = differs(expected, found, site),
-                        .cost = cost});
+    const Sample& sample = of_step.emplace_back(
+        Sample{.at_site = at_site,
+               .at = {static_cast<int>(site % width), static_cast<int>(site / width % height),
+                      static_cast<int>(site / (width * height))},
+               .found = site_of(found, site),
+               .differs = differs(expected, found, site),
+               .cost = cost});
+    if (std::apply(at_site, sample.at) != site_of(expected, site)) {
+      return;
+    }
   }
+  samples_.insert(samples_.end(), of_step.begin(), of_step.end());
   std::ranges::stable_sort(samples_, {}, [](const Sample& sample) {
     return std::pair(!sample.differs, sample.cost); // what tells most for least comes first
   });

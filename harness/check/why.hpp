@@ -43,8 +43,9 @@ public:
   [[nodiscard]] bool wants(int level, int kind = 0) const;
   [[nodiscard]] bool empty() const { return samples_.empty(); }
 
-  /// Keeps some of the sites of a step that made `found` in place of `expected`. What at_site needs must
-  /// live as long as this object. `cost`: of a site, beside those of other steps.
+  /// Keeps some of the sites of a step that made `found` in place of `expected`; none where at_site, without
+  /// rewrites, has not the bits of `expected`. What at_site needs
+  /// must live as long as this object. `cost`: of a site, beside those of other steps.
   void add(int level, int kind, const VectorField& expected, const VectorField& found, const AtSite& at_site,
            int cost = 1);
 

@@ -368,6 +368,7 @@ void add_verify(CLI::App& program, Call& call) {
       "active: free, leaving out what cannot change. pyramid: all levels in one call, the last field.\n"
       "A site that differs is certified where a bound of rounding, derived from the operations at\n"
       "that site, explains the difference; never on a scene whose arithmetic is exact.\n"
+      "Where bits differ, the rewrite of the arithmetic that makes them is named, with its line.\n"
       "Without scenes: all of them, the other methods, and three sizes that meet the backends' tiles.\n"
       "mpirun -n R hdmbench verify: every backend, or mixture as openmp+vulkan-compute, on 1 ... R ranks.\n"
       "Exit status 1 if a backend disagrees or a scene could not have shown it.",

@@ -262,11 +262,35 @@ std::string end_of(const Absent& absent) {
   return names.empty() ? "" : fmt::format("; not there, so not checked: {}", joined(names, ", "));
 }
 
+/// What rewrites of the arithmetic, or none, make of the bits that differ.
+void find_causes(Findings& findings, const Rows& compared) {
+  struct Cause {
+    Names places;
+    State state = good;
+  };
+  std::map<std::string, Cause> causes;
+  for (const json* const row : compared) {
+    std::string why = text_of(*row, "why");
+    if (!why.empty()) {
+      for (const std::string_view before_numbers : {": that makes all", " of the arithmetic makes what"}) {
+        why.resize(std::min(why.find(before_numbers), why.size())); // of sites, which are others each time
+      }
+      Cause& cause = causes[why];
+      cause.places.insert(on_scene(*row));
+      cause.state = disagrees(*row) ? unsure : cause.state;
+    }
+  }
+  for (const auto& [why, cause] : causes) {
+    findings.push_back({cause.state, fmt::format("Why bits differ: {} ({}).", why, few(cause.places))});
+  }
+}
+
 void find_in_verify(Findings& findings, const Results& results, std::string_view machine,
                     const Absent& absent) {
   const Rows rows = on_present(rows_of(results, "verify", machine), absent);
   const Rows compared = rows_where(rows, was_compared);
   find(findings, "verify", compared);
+  find_causes(findings, compared);
   const std::int64_t agree = std::ssize(compared) - count_where(compared, [](const json& row) {
                                return disagrees(row) || is_mistrusted(row);
                              });

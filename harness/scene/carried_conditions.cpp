@@ -257,11 +257,11 @@ private:
 
 } // namespace
 
-bool are_the_sites(const FileConditions& conditions, Extent sites) {
-  bool are_same = conditions.scattered.empty() && conditions.target.extent == sites;
+bool are_the_sites(Extent pixels, const PixelPositions& at, Extent sites) {
+  bool are_same = pixels == sites;
   for (std::size_t axis = 0; axis < sites.axes(); ++axis) {
     for (const int end : {0, sites.sides()[axis] - 1}) {
-      are_same = are_same && std::abs(conditions.at.of(axis, end) - end) <= same_place;
+      are_same = are_same && std::abs(at.of(axis, end) - end) <= same_place;
     }
   }
   return are_same;
@@ -272,7 +272,8 @@ CarriedConditions carry_conditions(const FileConditions& conditions, bool are_sp
   std::vector<bool> is_known(pixels);
   std::vector<bool> acts(pixels);
   std::vector<bool> is_exact(pixels);
-  const bool is_copied = are_the_sites(conditions, level.extent);
+  const bool is_copied =
+      conditions.scattered.empty() && are_the_sites(conditions.target.extent, conditions.at, level.extent);
   CarriedConditions carried;
   for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
     Carrier component(conditions, axis, are_springs, level);

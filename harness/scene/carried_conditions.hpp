@@ -27,8 +27,8 @@ struct CarriedConditions {
   double farthest = 0.0;  ///< a target of confidence 1 from what the sites prescribe there, pixels
 };
 
-/// Whether every pixel lies at the site of the same number.
-[[nodiscard]] bool are_the_sites(const FileConditions& conditions, Extent sites);
+/// Whether every pixel of a file with so many, which lie at `at`, is the site of the same number.
+[[nodiscard]] bool are_the_sites(Extent pixels, const PixelPositions& at, Extent sites);
 
 /// Sets target and confidence of `level` at the sites around those pixels, which act where they lie and lose
 /// nothing on the way: a component that is certain prescribes all sites that make the field at its pixel, and

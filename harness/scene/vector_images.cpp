@@ -128,9 +128,7 @@ public:
 
 private:
   void require_own_pixels(std::string_view key, Extent sites) const {
-    const FileConditions pixels{
-        .target = VectorField(content_.grid.extent), .confidence = {}, .at = positions()};
-    if (!are_the_sites(pixels, sites)) {
+    if (!are_the_sites(content_.grid.extent, positions(), sites)) {
       image_.fail(key, "takes the file's own pixels, which are resampled here; leave --size out");
     }
   }
