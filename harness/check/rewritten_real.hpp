@@ -24,6 +24,7 @@ namespace hdmbench::rewritten {
 enum class Kind {
   fused_first,  ///< a product is not rounded before it is added: of two the left one
   fused_second, ///< the same, of two the right one
+  fused_named,  ///< the same, of two the left one, also of a product that has got a name
   reordered,    ///< (a + b) + c is a + (b + c), and the other way round
   distributed,  ///< (a + b) * c is a * c + b * c
   factored,     ///< a * b + a * c is a * (b + c)
@@ -31,7 +32,7 @@ enum class Kind {
   truncated,    ///< results are rounded toward zero
   halved        ///< results have the 11 bits of a half float
 };
-constexpr std::size_t kinds = 8;
+constexpr std::size_t kinds = 9;
 
 /// Where an operation stands in its text.
 struct Place {
@@ -120,12 +121,16 @@ struct real {
   float left = 0.0F;
   float right = 0.0F; ///< of a difference its negative
   Made made = Made::otherwise;
+  bool is_named = false;
+
+  [[nodiscard]] bool is_product() const { return made == Made::product && !is_named; }
+  [[nodiscard]] bool is_sum() const { return made == Made::sum && !is_named; }
 
   real() = default;
   real(real&&) = default;
-  /// A copy is the number alone: what is chosen of two, or handed to a function by its name, no compiler
-  /// takes apart.
-  real(const real& other) : value(other.value) {}
+  /// A copy has got a name: it was chosen of two, or handed to a function.
+  real(const real& other)
+      : value(other.value), left(other.left), right(other.right), made(other.made), is_named(true) {}
   real& operator=(const real&) = default;
   real& operator=(real&&) = default;
   ~real() = default;
@@ -141,7 +146,9 @@ struct real {
 /// column in its own way.
 struct Operand {
   static real as_it_was_made(const real& number) {
-    return {number.value, number.made, number.left, number.right};
+    real same(number.value, number.made, number.left, number.right);
+    same.is_named = number.is_named;
+    return same;
   }
 #ifdef __clang__
 #define HDM_COLUMN __builtin_COLUMN()
@@ -201,9 +208,9 @@ inline real operator*(const Operand& a, const Operand& b) {
   if (replay == nullptr) {
     return l.value * r.value;
   }
-  const bool left_is_sum = l.made == real::Made::sum;
+  const bool left_is_sum = l.is_sum();
   float result = product_with(l.value, r.value, *replay, a.place);
-  if (left_is_sum || r.made == real::Made::sum) {
+  if (left_is_sum || r.is_sum()) {
     replay->could_take(Kind::distributed, a.place);
     if (replay->takes(Kind::distributed, a.place)) {
       const real& sum = left_is_sum ? l : r;
@@ -220,23 +227,31 @@ inline real added(const real& l, const real& r, const Place& place) {
   if (replay == nullptr) {
     return l.value + r.value;
   }
-  const bool left_is_product = l.made == real::Made::product;
-  const bool right_is_product = r.made == real::Made::product;
-  const bool left_is_sum = l.made == real::Made::sum;
+  const bool left_is_product = l.is_product();
+  const bool right_is_product = r.is_product();
+  const bool left_is_sum = l.is_sum();
   float result = sum_with(l.value, r.value, *replay, place);
+  const auto fuse = [&](bool of_left) {
+    result = of_left ? std::fma(l.left, l.right, r.value) : std::fma(r.left, r.right, l.value);
+  };
   if (left_is_product || right_is_product) {
-    const bool is_first = replay->takes(Kind::fused_first, place);
-    const bool is_second = replay->takes(Kind::fused_second, place);
     replay->could_take(Kind::fused_first, place);
     if (left_is_product && right_is_product) {
       replay->could_take(Kind::fused_second, place);
     }
-    if (is_first || is_second) {
-      const bool of_left = left_is_product && (is_first || !right_is_product);
-      result = of_left ? std::fma(l.left, l.right, r.value) : std::fma(r.left, r.right, l.value);
+    if (replay->takes(Kind::fused_first, place)) {
+      fuse(left_is_product);
+    } else if (replay->takes(Kind::fused_second, place)) {
+      fuse(!right_is_product);
     }
   }
-  if (left_is_sum || r.made == real::Made::sum) {
+  if (l.made == real::Made::product || r.made == real::Made::product) {
+    replay->could_take(Kind::fused_named, place);
+    if (replay->takes(Kind::fused_named, place)) {
+      fuse(l.made == real::Made::product);
+    }
+  }
+  if (left_is_sum || r.is_sum()) {
     replay->could_take(Kind::reordered, place);
     if (replay->takes(Kind::reordered, place)) {
       result = left_is_sum ? l.left + (l.right + r.value) : (l.value + r.left) + r.right;

@@ -27,6 +27,7 @@ constexpr std::size_t most_together = 4;
 constexpr std::array<std::string_view, rewritten::kinds> of_a_place{
     "a product is fused into the sum that follows",
     "a product is fused into the sum that follows, of two the second",
+    "a product that has a name is fused into the sum that follows",
     "terms are added in another order",
     "a product with a sum is made of its terms",
     "a factor of two terms is taken out of their sum",
@@ -36,6 +37,7 @@ constexpr std::array<std::string_view, rewritten::kinds> of_a_place{
 constexpr std::array<std::string_view, rewritten::kinds> of_all_places{
     "every product is fused into the sum that follows",
     "every product is fused into the sum that follows, of two the second",
+    "every product, also one that has a name, is fused into the sum that follows",
     "terms are added in another order everywhere",
     "every product with a sum is made of its terms",
     "factors of two terms are taken out of their sums",
@@ -171,14 +173,18 @@ std::size_t Evidence::explained_by(std::span<const Rewrite> rewrites, std::size_
   return samples_.size() - missed;
 }
 
+/// Through all steps, which the order of samples has one after the other.
 Evidence Evidence::part() const {
-  Evidence few;
-  std::array<std::size_t, 2> count{};
-  for (const Sample& sample : samples_) {
-    if (count.at(sample.differs ? 1 : 0)++ < most_for_several) {
-      few.samples_.push_back(sample);
+  const std::size_t differing = counted().differing;
+  const auto spread = [&](std::size_t first, std::size_t count, std::vector<Sample>& to) {
+    const std::size_t few = std::min(count, most_for_several);
+    for (std::size_t i = 0; i < few; ++i) {
+      to.push_back(samples_[first + i * count / few]);
     }
-  }
+  };
+  Evidence few;
+  spread(0, differing, few.samples_);
+  spread(differing, samples_.size() - differing, few.samples_);
   return few;
 }
 
@@ -188,10 +194,10 @@ Explanation Evidence::counted() const {
 }
 
 /// Takes lines out of those that all are fused, as long as no fewer sites are explained.
-Explanation Evidence::by_fused_lines(const std::vector<Rewrite>& all) const {
+Explanation Evidence::by_fused_lines(const std::vector<Rewrite>& all, Kind kind) const {
   Explanation best = counted();
-  std::ranges::copy_if(all, std::back_inserter(best.rewrites), [](const Rewrite& one) {
-    return one.kind == Kind::fused_first && one.place && one.place->column == 0;
+  std::ranges::copy_if(all, std::back_inserter(best.rewrites), [kind](const Rewrite& one) {
+    return one.kind == kind && one.place && one.place->column == 0;
   });
   best.explained = explained_by(best.rewrites, 0);
   for (std::size_t i = 0; i < best.rewrites.size();) {
@@ -233,7 +239,7 @@ Explanation Evidence::by_several(const std::vector<Rewrite>& all) const {
 std::vector<Rewrite> Evidence::possible() const {
   std::set<Rewrite> all;
   const rewritten::Replay replay({}, &all);
-  for (const Sample& sample : std::span(samples_).first(std::min(samples_.size(), most_for_several))) {
+  for (const Sample& sample : part().samples_) {
     (void)std::apply(sample.at_site, sample.at);
   }
   return {all.begin(), all.end()};
@@ -263,9 +269,16 @@ Explanation Evidence::explain() const {
     all.insert(all.end(), operations.begin(), operations.end());
   }
   if (!found.is_complete()) {
-    const Explanation fused = part().by_fused_lines(all);
-    const Explanation several = fused.is_complete() ? fused : part().by_several(all);
-    found.rewrites = several.explained > fused.explained ? several.rewrites : fused.rewrites;
+    const Evidence few = part();
+    Explanation best = few.by_fused_lines(all, Kind::fused_first);
+    const auto keep_better = [&](const Explanation& other) {
+      best = other.explained > best.explained ? other : best;
+    };
+    keep_better(few.by_fused_lines(all, Kind::fused_named));
+    if (!best.is_complete()) {
+      keep_better(few.by_several(all));
+    }
+    found.rewrites = best.rewrites;
     found.explained = explained_by(found.rewrites, 0);
   }
   found.tried = all.size();

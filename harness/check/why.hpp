@@ -70,7 +70,8 @@ private:
   /// Without rewrites.
   [[nodiscard]] Explanation counted() const;
   void keep_complete(Explanation& found, const std::vector<rewritten::Rewrite>& all) const;
-  [[nodiscard]] Explanation by_fused_lines(const std::vector<rewritten::Rewrite>& all) const;
+  [[nodiscard]] Explanation by_fused_lines(const std::vector<rewritten::Rewrite>& all,
+                                           rewritten::Kind kind) const;
   [[nodiscard]] Explanation by_several(const std::vector<rewritten::Rewrite>& all) const;
 
   /// How many there are, and in which sites they differ, by level and kind.
