@@ -1,5 +1,6 @@
 // The program as a user types it: exit status, messages, files.
 
+#include "harness/check/verify.hpp"
 #include "harness/report/ci_files.hpp"
 #include "test/files.hpp"
 #include "test/program.hpp"
@@ -447,14 +448,15 @@ TEST(CommandLine, VerifyAndBenchWriteWhatTheCiOfOthersReads) {
                            {"why", "fused"},
                            {"wall_seconds", 1.5},
                            {"first_difference",
-                            {{"level", 2},
-                             {"iteration", 3},
-                             {"x", 4},
-                             {"y", 5},
-                             {"z", 6},
-                             {"expected", {1.5, 2.0, 0.0}},
-                             {"found", {1.25, 2.0, 0.0}},
-                             {"step", "sweep"}}}};
+                            {{"text", FirstDifference{.level = 2,
+                                                      .iteration = 3,
+                                                      .x = 4,
+                                                      .y = 5,
+                                                      .z = 6,
+                                                      .expected = {1.5F, 2.0F, 0.0F},
+                                                      .found = {1.25F, 2.0F, 0.0F},
+                                                      .step = "sweep"}
+                                          .text()}}}};
   report::write_junit(junit, nlohmann::json::array({bad}));
   EXPECT_THAT(
       read_file(junit),
@@ -462,8 +464,8 @@ TEST(CommandLine, VerifyAndBenchWriteWhatTheCiOfOthersReads) {
             HasSubstr("name=\"openmp free\" time=\"1.500\">"),
             HasSubstr(
                 "disagree: 7 sites differ, 0 counts are wrong. &quot;x&quot;\">device: card\ndriver: d 1\n"
-                "first: level 2, step 3, sweep, x = 4, y = 5, z = 6: expected [1.5,2.0,0.0], found "
-                "[1.25,2.0,0.0]\nwhy: fused\nrepeat: hdmbench verify &#39;a&lt;b&#39;")));
+                "first: level 2, step 3, sweep, x = 4, y = 5, z = 6: expected (1.5, 2, 0), found (1.25, 2, "
+                "0)\nwhy: fused\nrepeat: hdmbench verify &#39;a&lt;b&#39;")));
 
   const auto own = folder.path() / "bench.json";
   const auto google = folder.path() / "google.json";

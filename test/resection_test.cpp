@@ -148,7 +148,8 @@ Difference difference_of(const Body& body, const Displaced& displaced) {
   return difference;
 }
 
-/// By linear tissue the way is from the loaded body to the loaded body without the tissue.
+/// By linear tissue the way is from the loaded body to the loaded body without the tissue. unload() balances
+/// to 1e-4 of the displacement, root mean square; a largest component is allowed five times as much.
 TEST_F(Resection, IsTheDifferenceOfTwoLoadedBodies) {
   for (const Body& body : bodies()) {
     const Difference difference =
@@ -158,7 +159,8 @@ TEST_F(Resection, IsTheDifferenceOfTwoLoadedBodies) {
   }
 }
 
-/// By a law of large strains it is so where strains are small.
+/// By a law of large strains it is so where strains are small. unload() balances to .002 pixels, root mean
+/// square: half as much again is allowed, and the share by which such strains are not small.
 TEST_F(Resection, IsTheDifferenceByALawWhereStrainsAreSmall) {
   const auto displaced_by_law = [&](const std::string& text) {
     Scene scene = load("law = \"neo-hookean\"\n" + text);

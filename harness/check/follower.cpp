@@ -22,14 +22,6 @@ double free_share(const VectorField& confidence) {
   return static_cast<double>(free) / static_cast<double>(confidence.extent.axes() * confidence[0].size());
 }
 
-/// Column, row and slice of a site.
-std::array<int, 3> coordinates(Extent extent, std::size_t site) {
-  const auto width = static_cast<std::size_t>(extent.width);
-  const auto height = static_cast<std::size_t>(extent.height);
-  return {static_cast<int>(site % width), static_cast<int>(site / width % height),
-          static_cast<int>(site / (width * height))};
-}
-
 /// Keeps the site where it is the first that differs, or the first without an explanation.
 void keep_first(Comparison& comparison, FirstDifference first, std::size_t site, const VectorField& expected,
                 const VectorField& found, const Certificate& certificate) {
@@ -47,6 +39,14 @@ void keep_first(Comparison& comparison, FirstDifference first, std::size_t site,
 }
 
 } // namespace
+
+std::string FirstDifference::text() const {
+  const std::string when =
+      step.empty() ? fmt::format("iteration {}", iteration) : fmt::format("step {}, {}", iteration, step);
+  return fmt::format("level {}, {}, x = {}, y = {}{}: expected ({}), found ({})", level, when, x, y,
+                     expected.size() > 2 ? fmt::format(", z = {}", z) : "", fmt::join(expected, ", "),
+                     fmt::join(found, ", "));
+}
 
 Comparison broken_off(const Comparison& comparison, const DeviceError& error) {
   return {.backend = comparison.backend,

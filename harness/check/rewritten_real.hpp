@@ -32,11 +32,11 @@ enum class Kind {
   truncated,    ///< results are rounded toward zero
   halved        ///< results have the 11 bits of a half float
 };
-constexpr std::size_t kinds = 9;
+constexpr std::size_t kinds = static_cast<std::size_t>(Kind::halved) + 1;
 
 /// Where an operation stands in its text.
 struct Place {
-  const char* file = ""; ///< of the program's own
+  const char* file = ""; ///< a string of the program, which lives for ever
   unsigned line = 0;
   unsigned column = 0; ///< of the operator; 0: any of the line
 

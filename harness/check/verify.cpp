@@ -46,8 +46,9 @@ struct Follower {
   VectorField field{};           ///< what the backend has
   std::int64_t last_changed = 0; ///< sites that its last sweep on this level really changed
   VectorField begin{};           ///< of the level
-  Evidence evidence{};           ///< in resync
-  bool drifted = false;          ///< on its own: `field` is another one than the reference's
+  bool explains = false;
+  Evidence evidence{};  ///< where it explains, in resync
+  bool drifted = false; ///< on its own: `field` is another one than the reference's
 
   /// From `begin`.
   void begin_level(const Level& level) {
@@ -78,7 +79,7 @@ struct Follower {
                    return certificate;
                  });
     }
-    if (!alone && drift.sites > 0) {
+    if (explains && !alone && drift.sites > 0) {
       keep_evidence(step);
     }
     drifted = alone && drift.sites > 0;
@@ -90,14 +91,13 @@ struct Follower {
   }
 
   void keep_evidence(const ReferenceStep& step) {
-    constexpr std::size_t sites_worth_several_steps = std::size_t{1} << 20;
-    const bool is_enough = !evidence.empty() && field.extent.sites() > sites_worth_several_steps;
+    const Evidence::Step of{.level = step.place.level, .sites_kept = field.extent.sites()};
     // Sequential sites see others that have moved: nobody can compute one alone.
-    if (is_enough || step.level.update == Update::sequential || !evidence.wants(step.place.level)) {
+    if (step.level.update == Update::sequential || !evidence.wants(of)) {
       return;
     }
     // Copies: levels come and go.
-    evidence.add(step.place.level, 0, step.after, field,
+    evidence.add(of, step.after, field,
                  [level = std::make_shared<const Level>(step.level), number = step.number,
                   before = std::make_shared<const VectorField>(step.before)](int x, int y, int z) {
                    return proofs_of(*level).replayed_answer(*level, *before, number, x, y, z);
@@ -111,8 +111,7 @@ public:
   ReferenceRun(const Scene& scene, const Backend& reference, std::span<const Backend* const> backends,
                const VerifyOptions& options, Progress& progress)
       : scene_(scene), levels_(scene), backends_(backends), options_(options.session),
-        limit_(options.iteration_limit), explains_(options.explains),
-        session_(reference.open(options.session)), progress_(progress) {
+        limit_(options.iteration_limit), session_(reference.open(options.session)), progress_(progress) {
     for (const Mode mode : {Mode::resync, Mode::free, Mode::active}) {
       if (why_left_out(mode, scene).empty()) {
         modes_.push_back(mode);
@@ -121,6 +120,7 @@ public:
     for (const Backend* backend : backends) {
       for (const Mode mode : modes_) {
         Follower& follower = followers_.emplace_back();
+        follower.explains = options.explains;
         const SessionOptions of_mode = options_of(mode);
         follower.comparison =
             begun(scene, *backend, of_mode, mode, [&] { follower.session = backend->open(of_mode); });
@@ -152,9 +152,7 @@ public:
         if (follower.session != nullptr) {
           conclude(follower.comparison, conditions);
         }
-        if (explains_) {
-          follower.comparison.why = follower.evidence.explain().text();
-        }
+        follower.comparison.why = follower.evidence.explain().text();
         comparisons.push_back(follower.comparison);
       }
       if (pyramid) {
@@ -285,7 +283,6 @@ private:
   std::span<const Backend* const> backends_;
   SessionOptions options_;
   std::optional<int> limit_;
-  bool explains_;
   std::unique_ptr<Session> session_;
   Progress& progress_;
   std::vector<Mode> modes_; ///< that go sweep by sweep and are not left out

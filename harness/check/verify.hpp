@@ -75,6 +75,9 @@ struct FirstDifference {
   std::vector<float> found{NAN, NAN};
   Certificate certificate{};
   std::string step{}; ///< of the elastic energy: what the method did, "sweep"; iteration counts these steps
+
+  /// "level 0, iteration 2, x = 1, y = 0: expected (1.5, 0), found (1.25, 0)".
+  [[nodiscard]] std::string text() const;
 };
 
 /// One backend against the reference on one scene in one mode.

@@ -35,8 +35,8 @@ double gap_over_bound(const bounded::real& expected, float found) {
 /// made, so that all sessions have the reference's before every step.
 class ElasticReferenceRun final : public ElasticSession {
 public:
-  ElasticReferenceRun(ElasticSession& reference, std::span<ElasticFollower> followers)
-      : reference_(reference), followers_(followers) {}
+  ElasticReferenceRun(ElasticSession& reference, std::span<ElasticFollower> followers, bool explains)
+      : reference_(reference), followers_(followers), explains_(explains) {}
 
   void take(const MethodStep& step) override {
     VectorField before;
@@ -116,16 +116,7 @@ private:
              const VectorField& found, ElasticFollower& follower) const {
     const auto fields = std::make_shared<ElasticFields>(fields_now());
     fields->write(step.made_on(), step.to, before);
-    constexpr std::size_t sites_worth_several_steps = std::size_t{1} << 18;
-    const bool is_enough = !follower.evidence.empty() && grid(0).sites.sites() > sites_worth_several_steps;
-    const auto kind = static_cast<int>(step.kind);
-    if (!is_enough && follower.evidence.wants(step.level, kind)) {
-      const auto at_site = [fields, step, hierarchy = kept_hierarchy()](int x, int y, int z) {
-        return replayed(*hierarchy, *fields, step, x, y, z);
-      };
-      const bool is_of_many = step.kind == MethodStep::Kind::restrict_residual;
-      follower.evidence.add(step.level, kind, expected, found, at_site, is_of_many ? 27 : 1);
-    }
+    keep_evidence(step, fields, expected, found, follower);
     const Bounded of(hierarchy(), *fields);
     judge_step(
         follower.comparison, expected, found,
@@ -139,6 +130,22 @@ private:
           }
           return Certificate{.holds = gap <= 1.0 && is_finite(found, site), .gap_over_bound = gap};
         });
+  }
+
+  /// A step that writes has no arithmetic, and what it wrote will be gone.
+  void keep_evidence(const MethodStep& step, const std::shared_ptr<const ElasticFields>& fields,
+                     const VectorField& expected, const VectorField& found, ElasticFollower& follower) const {
+    const bool is_of_many = step.kind == MethodStep::Kind::restrict_residual;
+    const Evidence::Step of{.level = step.level,
+                            .kind = static_cast<int>(step.kind),
+                            .sites_kept = grid(0).sites.sites(),
+                            .cost = is_of_many ? 27 : 1};
+    if (explains_ && step.kind != MethodStep::Kind::write && follower.evidence.wants(of)) {
+      follower.evidence.add(of, expected, found,
+                            [fields, step, hierarchy = kept_hierarchy()](int x, int y, int z) {
+                              return replayed(*hierarchy, *fields, step, x, y, z);
+                            });
+    }
   }
 
   /// What is stored on the way is a number, whatever it was made by.
@@ -169,6 +176,7 @@ private:
 
   ElasticSession& reference_;
   std::span<ElasticFollower> followers_;
+  bool explains_;
   mutable std::shared_ptr<const ElasticHierarchy> kept_;
   std::int64_t steps_ = 0;
 };
@@ -188,7 +196,7 @@ std::vector<Comparison> verify_elastic(const Scene& scene_, const Backend& refer
     });
   }
   const std::unique_ptr<ElasticSession> session = reference.open_elastic(options.session);
-  ElasticReferenceRun run(*session, followers);
+  ElasticReferenceRun run(*session, followers, options.explains);
   progress.describe(fmt::format("verify {}, {}", scene.name, scene.schedule.method));
   const VectorField expected = solve_elastic(scene, run, progress).displacement;
   const FirstDifference end{.iteration = static_cast<int>(run.steps()), .step = "end"};
@@ -197,9 +205,7 @@ std::vector<Comparison> verify_elastic(const Scene& scene_, const Backend& refer
   for (std::size_t i = 0; i < backends.size(); ++i) {
     Comparison& led = followers[i].comparison;
     led.iterations = iterations;
-    if (options.explains) {
-      led.why = followers[i].evidence.explain().text();
-    }
+    led.why = followers[i].evidence.explain().text();
     Comparison alone{.backend = led.backend,
                      .device = led.device,
                      .mode = Mode::pyramid,
@@ -219,7 +225,7 @@ std::vector<Comparison> verify_elastic(const Scene& scene_, const Backend& refer
         const std::unique_ptr<ElasticSession> own = backends[i]->open_elastic(options.session);
         const VectorField found = solve_elastic(scene, *own, silent).displacement;
         const bool is_certified = led.uncertified == 0 && led.counts_differing == 0 && led.certified_ties > 0;
-        ElasticReferenceRun waited_for(*own, {}); // it reads after every step
+        ElasticReferenceRun waited_for(*own, {}, false); // it reads after every step
         const bool explained =
             is_certified && compare(expected, found).sites > 0 &&
             compare(found, solve_elastic(scene, waited_for, silent).displacement).sites == 0;

@@ -42,7 +42,8 @@ nlohmann::json verify_row(const Scene& scene, const Comparison& comparison) {
                                {"found", first.found},
                                {"certified", first.certificate.holds},
                                {"gap_over_bound", first.certificate.gap_over_bound},
-                               {"step", first.step}};
+                               {"step", first.step},
+                               {"text", first.text()}};
     if (scene.extent().axes() > 2) {
       row["first_difference"]["z"] = first.z;
     }

@@ -63,6 +63,15 @@ std::string lines_of(std::span<const Rewrite> rewrites) {
   return fmt::format("{}", fmt::join(texts, "; "));
 }
 
+/// call(i) for some of 0 ... count - 1, at most so many, evenly spread.
+template <typename Call>
+void for_some(std::size_t count, std::size_t most, const Call& call) {
+  const std::size_t some = std::min(count, most);
+  for (std::size_t i = 0; i < some; ++i) {
+    call(i * count / some);
+  }
+}
+
 /// The rewrites of whole lines, and of everything.
 std::vector<Rewrite> of_lines(const std::vector<Rewrite>& possible) {
   std::set<Rewrite> lines;
@@ -114,14 +123,17 @@ std::string Explanation::text() const {
              : fmt::format("{}; {} of {} by this: {}", none, explained, sites, lines_of(rewrites));
 }
 
-bool Evidence::wants(int level, int kind) const {
+bool Evidence::wants(const Step& step) const {
   constexpr int most_steps = 8;
-  const auto there = steps_.find({level, kind});
-  return there == steps_.end() || (there->second.first < most_steps && there->second.second < most_of_step);
+  constexpr std::size_t most_sites_kept = std::size_t{1} << 21; // 100 to 200 MB
+  const auto there = steps_.find({step.level, step.kind});
+  const bool tells =
+      there == steps_.end() || (there->second.first < most_steps && there->second.second < most_of_step);
+  return tells && (samples_.empty() || sites_kept_ + step.sites_kept <= most_sites_kept);
 }
 
-void Evidence::add(int level, int kind, const VectorField& expected, const VectorField& found,
-                   const AtSite& at_site, int cost) {
+void Evidence::add(const Step& step, const VectorField& expected, const VectorField& found,
+                   const AtSite& at_site) {
   const Extent extent = expected.extent;
   std::vector<std::size_t> differing;
   for (std::size_t site = 0; site < extent.sites(); ++site) {
@@ -129,31 +141,24 @@ void Evidence::add(int level, int kind, const VectorField& expected, const Vecto
       differing.push_back(site);
     }
   }
-  auto& [steps, sites] = steps_[{level, kind}];
+  auto& [steps, sites] = steps_[{step.level, step.kind}];
   ++steps;
   sites += differing.size();
-  std::set<std::size_t> kept; // some of those, then some of all
-  for (std::size_t i = 0; i < std::min(differing.size(), most_of_step); ++i) {
-    kept.insert(differing[i * differing.size() / std::min(differing.size(), most_of_step)]);
-  }
-  for (std::size_t i = 0; i < std::min(extent.sites(), most_of_step); ++i) {
-    kept.insert(i * extent.sites() / std::min(extent.sites(), most_of_step));
-  }
+  std::set<std::size_t> kept;
+  for_some(differing.size(), most_of_step, [&](std::size_t i) { kept.insert(differing[i]); });
+  for_some(extent.sites(), most_of_step, [&](std::size_t site) { kept.insert(site); });
   std::vector<Sample> of_step;
   for (const std::size_t site : kept) {
-    const auto width = static_cast<std::size_t>(extent.width);
-    const auto height = static_cast<std::size_t>(extent.height);
-    const Sample& sample = of_step.emplace_back(
-        Sample{.at_site = at_site,
-               .at = {static_cast<int>(site % width), static_cast<int>(site / width % height),
-                      static_cast<int>(site / (width * height))},
-               .found = site_of(found, site),
-               .differs = differs(expected, found, site),
-               .cost = cost});
-    if (std::apply(at_site, sample.at) != site_of(expected, site)) {
+    of_step.push_back({.at_site = at_site,
+                       .at = coordinates(extent, site),
+                       .found = site_of(found, site),
+                       .differs = differs(expected, found, site),
+                       .cost = step.cost});
+    if (std::apply(at_site, of_step.back().at) != site_of(expected, site)) {
       return;
     }
   }
+  sites_kept_ += step.sites_kept;
   samples_.insert(samples_.end(), of_step.begin(), of_step.end());
   std::ranges::stable_sort(samples_, {}, [](const Sample& sample) {
     return std::pair(!sample.differs, sample.cost); // what tells most for least comes first
@@ -176,15 +181,10 @@ std::size_t Evidence::explained_by(std::span<const Rewrite> rewrites, std::size_
 /// Through all steps, which the order of samples has one after the other.
 Evidence Evidence::part() const {
   const std::size_t differing = counted().differing;
-  const auto spread = [&](std::size_t first, std::size_t count, std::vector<Sample>& to) {
-    const std::size_t few = std::min(count, most_for_several);
-    for (std::size_t i = 0; i < few; ++i) {
-      to.push_back(samples_[first + i * count / few]);
-    }
-  };
   Evidence few;
-  spread(0, differing, few.samples_);
-  spread(differing, samples_.size() - differing, few.samples_);
+  const auto keep = [&](std::size_t i) { few.samples_.push_back(samples_[i]); };
+  for_some(differing, most_for_several, keep);
+  for_some(samples_.size() - differing, most_for_several, [&](std::size_t i) { keep(differing + i); });
   return few;
 }
 

@@ -39,15 +39,20 @@ public:
   /// Computes a site in the arithmetic of rewritten_real.hpp.
   using AtSite = std::function<SiteAnswer(int x, int y, int z)>;
 
-  /// Whether another step of this kind on this level would tell more.
-  [[nodiscard]] bool wants(int level, int kind = 0) const;
-  [[nodiscard]] bool empty() const { return samples_.empty(); }
+  /// A step of a kind on a level, for which at_site keeps fields of so many sites.
+  struct Step {
+    int level = 0;
+    int kind = 0;
+    std::size_t sites_kept = 0;
+    int cost = 1; ///< to compute a site, beside other steps
+  };
+
+  /// Whether another such step would tell more and its fields are worth their memory.
+  [[nodiscard]] bool wants(const Step& step) const;
 
   /// Keeps some of the sites of a step that made `found` in place of `expected`; none where at_site, without
-  /// rewrites, has not the bits of `expected`. What at_site needs
-  /// must live as long as this object. `cost`: of a site, beside those of other steps.
-  void add(int level, int kind, const VectorField& expected, const VectorField& found, const AtSite& at_site,
-           int cost = 1);
+  /// rewrites, has not the bits of `expected`. What at_site needs must live as long as this object.
+  void add(const Step& step, const VectorField& expected, const VectorField& found, const AtSite& at_site);
 
   /// Computes the sites again with each rewrite of each line, then with those together that explain more.
   [[nodiscard]] Explanation explain() const;
@@ -76,6 +81,7 @@ private:
 
   /// How many there are, and in which sites they differ, by level and kind.
   std::map<std::pair<int, int>, std::pair<int, std::size_t>> steps_;
+  std::size_t sites_kept_ = 0;
   std::vector<Sample> samples_; ///< those that differ first
 };
 

@@ -107,12 +107,7 @@ void explain_disagreement(const Scene& scene, const Comparison& comparison, cons
              grouped(comparison.not_finite), grouped(comparison.uncertified),
              grouped(comparison.sites_differing));
   if (comparison.first) {
-    const FirstDifference& first = *comparison.first;
-    const std::string when = first.step.empty() ? fmt::format("iteration {}", first.iteration)
-                                                : fmt::format("step {}, {}", first.iteration, first.step);
-    fmt::print("    first: level {}, {}, x = {}, y = {}{}: expected ({}), found ({})\n", first.level, when,
-               first.x, first.y, first.expected.size() > 2 ? fmt::format(", z = {}", first.z) : "",
-               fmt::join(first.expected, ", "), fmt::join(first.found, ", "));
+    fmt::print("    first: {}\n", comparison.first->text());
   }
   print_why(comparison);
   if (comparison.counts_differing > 0) {

@@ -65,13 +65,7 @@ static std::string details_of_difference(const nlohmann::json& row) {
   std::string details =
       fmt::format("device: {}\ndriver: {}\n", text_of(row, "device"), text_of(row, "driver"));
   if (const auto first = row.find("first_difference"); first != row.end() && first->is_object()) {
-    const std::string step = text_of(*first, "step");
-    details += fmt::format("first: level {}, {} {}{}, x = {}, y = {}{}: expected {}, found {}\n",
-                           first->value("level", 0), step.empty() ? "iteration" : "step",
-                           first->value("iteration", 0), step.empty() ? "" : ", " + step,
-                           first->value("x", 0), first->value("y", 0),
-                           first->contains("z") ? fmt::format(", z = {}", first->value("z", 0)) : "",
-                           (*first)["expected"].dump(), (*first)["found"].dump());
+    details += fmt::format("first: {}\n", text_of(*first, "text"));
   }
   if (const std::string why = text_of(row, "why"); !why.empty()) {
     details += fmt::format("why: {}\n", why);
