@@ -19,6 +19,7 @@
 
 namespace hdmbench {
 
+class DeviceRecording;
 class ElasticSession;
 
 /// A device or its driver cannot do what was asked; what() has the driver's own words. Exit status 2.
@@ -77,6 +78,9 @@ struct SessionOptions {
                       ///< hardware, else first
   int threads = 0;    ///< CPU threads, 0: all; ignored by GPU backends
   Work work = Work::dense;
+  /// Where backends that are programmed by kernels keep what they tell their device
+  /// (backends/device/recording.hpp); must outlive the session. Null: nowhere.
+  DeviceRecording* recording = nullptr;
 };
 
 /// Computes on one level at a time. All calls block until the device is done, so a caller's clock around them

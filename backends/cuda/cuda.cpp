@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <array>
 #include <cstring>
+#include <iterator>
 #include <utility>
 #include <vector>
 
@@ -124,22 +125,33 @@ Memory of(const Array* array) {
   return array == nullptr ? 0 : static_cast<const CudaArray*>(array)->memory;
 }
 
+/// What NVRTC is given for a kind of program.
+ProgramText cuda_text(const ProgramKind& kind, const std::string& architecture) {
+  ProgramText made = opencl::program_text(kind, sources::language_cuda,
+                                          kind.kernel == Kernel::loops ? sources::loops_cuda
+                                                                       : opencl::source_of(kind.kernel).text);
+  made.ending = "cu";
+  // Bits: no product is fused into a sum, nothing is flushed, divisions and roots are IEEE's.
+  made.options = {architecture,       "--std=c++17",       "--device-as-default-execution-space",
+                  "--fmad=false",     "--ftz=false",       "--prec-div=true",
+                  "--prec-sqrt=true", "--disable-warnings"};
+  return made;
+}
+
 /// PTX of a text. Throws DeviceError with the compiler's words.
-std::string compiled(const Api& api, const std::string& text, const std::string& architecture) {
+std::string compiled(const Api& api, const ProgramText& text) {
   Handle program = nullptr;
   const auto require = [](Result error, const char* call) {
     if (error != 0) {
       throw DeviceError(fmt::format("{}: NVRTC's error {}", call, error));
     }
   };
-  require(api.nvrtcCreateProgram(&program, text.c_str(), "hdmbench.cu", 0, nullptr, nullptr),
+  require(api.nvrtcCreateProgram(&program, text.bytes.c_str(), "hdmbench.cu", 0, nullptr, nullptr),
           "nvrtcCreateProgram");
   const std::unique_ptr<void, void (*)(void*)> owner(program, [](void*) {});
-  // Bits: no product is fused into a sum, nothing is flushed, divisions and roots are IEEE's.
-  const std::array<const char*, 8> options{
-      architecture.c_str(), "--std=c++17",       "--device-as-default-execution-space",
-      "--fmad=false",       "--ftz=false",       "--prec-div=true",
-      "--prec-sqrt=true",   "--disable-warnings"};
+  std::vector<const char*> options;
+  std::ranges::transform(text.options, std::back_inserter(options),
+                         [](const std::string& one) { return one.c_str(); });
   const Result error = api.nvrtcCompileProgram(program, static_cast<int>(options.size()), options.data());
   std::size_t bytes = 0;
   std::string made;
@@ -162,23 +174,13 @@ std::string compiled(const Api& api, const std::string& text, const std::string&
 class CudaProgram final : public Program {
 public:
   CudaProgram(const Api& api, const ProgramKind& kind, const std::string& architecture)
-      : arguments(opencl::source_of(kind.kernel).arguments), api_(api) {
-    for (const ProgramKind::Constant& constant : kind.constants) {
-      if (constant.name == "LANES") {
-        lanes = static_cast<unsigned>(constant.value);
-      }
-    }
-    const opencl::Source source = opencl::source_of(kind.kernel);
-    const std::string text = opencl::program_text(
-        kind, sources::language_cuda, kind.kernel == Kernel::loops ? sources::loops_cuda : source.text);
-    api_.require(api_.cuModuleLoadData(&module_, compiled(api_, text, architecture).c_str()),
-                 "cuModuleLoadData");
-    api_.require(api_.cuModuleGetFunction(&kernel, module_, source.name), "cuModuleGetFunction");
+      : text(cuda_text(kind, architecture)), api_(api) {
+    api_.require(api_.cuModuleLoadData(&module_, compiled(api_, text).c_str()), "cuModuleLoadData");
+    api_.require(api_.cuModuleGetFunction(&kernel, module_, text.entry.c_str()), "cuModuleGetFunction");
   }
   ~CudaProgram() override { api_.cuModuleUnload(module_); }
 
-  std::vector<std::size_t> arguments;
-  unsigned lanes = 1; ///< threads of a block
+  ProgramText text;
   Handle kernel = nullptr;
 
 private:
@@ -265,6 +267,7 @@ public:
   std::unique_ptr<Program> compile(const ProgramKind& kind) override {
     return std::make_unique<CudaProgram>(*api_, kind, architecture_);
   }
+  ProgramText text_of(const ProgramKind& kind) const override { return cuda_text(kind, architecture_); }
   void run(std::span<const Commands::value_type> commands) override {
     const auto note = [&] {
       if (busy_.are_counted()) {
@@ -328,7 +331,7 @@ private:
     std::array<Memory, binding::count> memories{};
     std::array<void*, binding::count + 1> arguments{};
     std::size_t count = 0;
-    for (const std::size_t number : program.arguments) {
+    for (const std::size_t number : program.text.arguments) {
       memories.at(count) = of(dispatch.arrays.at(number));
       arguments.at(count) = &memories.at(count);
       ++count;
@@ -340,7 +343,8 @@ private:
     }
     arguments.at(count) = told.data();
     api_->require(api_->cuLaunchKernel(program.kernel, static_cast<unsigned>(dispatch.groups.sites()), 1, 1,
-                                       program.lanes, 1, 1, 0, nullptr, arguments.data(), nullptr),
+                                       static_cast<unsigned>(program.text.lanes), 1, 1, 0, nullptr,
+                                       arguments.data(), nullptr),
                   "cuLaunchKernel");
   }
   void run(const Fill& fill) const {

@@ -15,6 +15,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <utility>
 #include <variant>
@@ -105,6 +106,17 @@ struct ProgramKind {
   auto operator<=>(const ProgramKind&) const = default;
 };
 
+/// What a driver's compiler is given for a kind of program.
+struct ProgramText {
+  std::string bytes{};                  ///< text; SPIR-V in the bytes of this machine
+  std::string ending{};                 ///< of a file that has it: "comp", "spv", "cl", "cu"
+  std::string entry{"main"};            ///< the kernel's name
+  std::vector<std::string> options{};   ///< of the compiler
+  std::vector<std::size_t> arguments{}; ///< of the kernel, by their binding; none where a text has bindings
+  std::size_t told_bytes = 0; ///< of the struct after the arguments, where it is longer than what is told
+  std::size_t lanes = 1;      ///< invocations of a work group, where the text does not say
+};
+
 /// A compiled program of a device, which must outlive it.
 class Program : public Interface {};
 
@@ -183,6 +195,8 @@ public:
   /// After everything that was run.
   virtual void read(const Array& from, std::size_t first, std::span<std::byte> values) = 0;
   [[nodiscard]] virtual std::unique_ptr<Program> compile(const ProgramKind& kind) = 0;
+  /// Returns what compile() has compiled.
+  [[nodiscard]] virtual ProgramText text_of(const ProgramKind& kind) const = 0;
   /// Does not wait until they are done, and may not begin before finish() or read().
   virtual void run(std::span<const Commands::value_type> commands) = 0;
   /// Waits for all that was run.

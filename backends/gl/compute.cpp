@@ -136,6 +136,9 @@ public:
   std::unique_ptr<hdmbench::Program> compile(const ProgramKind& kind) override {
     return std::make_unique<GlProgram>(gl_, kind);
   }
+  ProgramText text_of(const ProgramKind& kind) const override {
+    return {.bytes = compute_text(kind), .ending = "comp"};
+  }
   void run(std::span<const Commands::value_type> commands) override {
     timer_([&] {
       for (const auto& command : commands) {

@@ -293,10 +293,12 @@ struct FragmentSource {
   std::unique_ptr<Platform> platform;
 
   [[nodiscard]] std::vector<Device> devices() const { return platform->devices(required); }
-  [[nodiscard]] std::unique_ptr<Session> session(std::size_t index, Work work) const {
-    return std::make_unique<LevelSession<Context, FragmentWork>>(platform->open(index, required), work);
+  [[nodiscard]] std::unique_ptr<Session> session(std::size_t index, const SessionOptions& options) const {
+    return std::make_unique<LevelSession<Context, FragmentWork>>(platform->open(index, required),
+                                                                 options.work);
   }
-  [[nodiscard]] std::unique_ptr<ElasticSession> elastic(std::string name, std::size_t index) const {
+  [[nodiscard]] std::unique_ptr<ElasticSession> elastic(std::string name, std::size_t index,
+                                                        const SessionOptions& /*options*/) const {
     return make_elastic_fragment(std::move(name), platform->open(index, required));
   }
   [[nodiscard]] OnDevice<Context, FragmentLoops> loops(std::size_t index) const {

@@ -166,18 +166,12 @@ class ClProgram final : public Program {
 public:
   /// Throws DeviceError with the compiler's words.
   ClProgram(const Api& api, cl_context context, cl_device_id device, const ProgramKind& kind)
-      : arguments(source_of(kind.kernel).arguments), told_bytes(source_of(kind.kernel).told_bytes) {
-    for (const ProgramKind::Constant& constant : kind.constants) {
-      if (constant.name == "LANES") {
-        lanes = static_cast<std::size_t>(constant.value);
-      }
-    }
-    const std::string text = program_text(kind);
-    const char* start = text.c_str();
+      : text(program_text(kind)) {
+    const char* start = text.bytes.c_str();
     program = made("clCreateProgramWithSource", api.clCreateProgramWithSource, api.clReleaseProgram, context,
                    cl_uint{1}, &start, nullptr);
     const cl_int error =
-        api.clBuildProgram(program.get(), 1, &device, build_options.data(), nullptr, nullptr);
+        api.clBuildProgram(program.get(), 1, &device, text.options.front().c_str(), nullptr, nullptr);
     if (error == CL_BUILD_PROGRAM_FAILURE) {
       throw DeviceError(fmt::format(
           "clBuildProgram: {}",
@@ -187,13 +181,11 @@ public:
           })));
     }
     require(error, "clBuildProgram");
-    kernel = made("clCreateKernel", api.clCreateKernel, api.clReleaseKernel, program.get(),
-                  source_of(kind.kernel).name);
+    kernel =
+        made("clCreateKernel", api.clCreateKernel, api.clReleaseKernel, program.get(), text.entry.c_str());
   }
 
-  std::vector<std::size_t> arguments;
-  std::size_t told_bytes; ///< at least
-  std::size_t lanes = 1;  ///< work items of a group
+  ProgramText text;
   Handle<cl_program> program{nullptr, nullptr};
   Handle<cl_kernel> kernel{nullptr, nullptr};
 };
@@ -233,6 +225,7 @@ public:
   std::unique_ptr<Program> compile(const ProgramKind& kind) override {
     return std::make_unique<ClProgram>(*api_, context_.get(), device_.id, kind);
   }
+  ProgramText text_of(const ProgramKind& kind) const override { return program_text(kind); }
   void run(std::span<const Commands::value_type> commands) override {
     cl_event done = nullptr;
     std::vector<Handle<cl_event>> all;
@@ -281,7 +274,7 @@ private:
     const auto tell = [&](std::size_t bytes, const void* value) {
       require(api_->clSetKernelArg(program.kernel.get(), index++, bytes, value), "clSetKernelArg");
     };
-    for (const std::size_t number : program.arguments) {
+    for (const std::size_t number : program.text.arguments) {
       const Array* const array = dispatch.arrays.at(number);
       const cl_mem memory = array == nullptr ? nullptr : of(*array);
       tell(sizeof(memory), &memory);
@@ -294,11 +287,11 @@ private:
         std::memcpy(&told.at(dispatch.word_count), dispatch.steps.data(), sizeof dispatch.steps);
         bytes += sizeof dispatch.steps;
       }
-      tell(std::max(bytes, program.told_bytes), told.data());
+      tell(std::max(bytes, program.text.told_bytes), told.data());
     }
-    const std::size_t items = dispatch.groups.sites() * program.lanes;
+    const std::size_t items = dispatch.groups.sites() * program.text.lanes;
     require(api_->clEnqueueNDRangeKernel(queue_.get(), program.kernel.get(), 1, nullptr, &items,
-                                         &program.lanes, 0, nullptr, done),
+                                         &program.text.lanes, 0, nullptr, done),
             "clEnqueueNDRangeKernel");
   }
   void run(const Fill& fill, cl_event* done) const {

@@ -36,11 +36,16 @@ Source source_of(Kernel kernel) {
   return all.at(kernel);
 }
 
-std::string program_text(const ProgramKind& kind, std::string_view language, std::string_view of_kernel) {
-  std::string text =
-      fmt::format("#define HDM_INPUTS {}\n#define HDM_AXES {}\n", kind.energy->inputs, kind.axes);
+ProgramText program_text(const ProgramKind& kind, std::string_view language, std::string_view of_kernel) {
+  const Source source = source_of(kind.kernel);
+  ProgramText made{.entry = source.name, .arguments = source.arguments, .told_bytes = source.told_bytes};
+  std::string& text = made.bytes;
+  text = fmt::format("#define HDM_INPUTS {}\n#define HDM_AXES {}\n", kind.energy->inputs, kind.axes);
   for (const ProgramKind::Constant& constant : kind.constants) {
     text += fmt::format("#define {} {}\n", constant.name, constant.value);
+    if (constant.name == "LANES") {
+      made.lanes = static_cast<std::size_t>(constant.value);
+    }
   }
   text += language;
   text += of_kernel;
@@ -49,11 +54,14 @@ std::string program_text(const ProgramKind& kind, std::string_view language, std
   if (at != std::string::npos) {
     text.replace(at, include.size(), programs_of(*kind.energy).text);
   }
-  return text;
+  return made;
 }
 
-std::string program_text(const ProgramKind& kind) {
-  return program_text(kind, "", source_of(kind.kernel).text);
+ProgramText program_text(const ProgramKind& kind) {
+  ProgramText made = program_text(kind, "", source_of(kind.kernel).text);
+  made.ending = "cl";
+  made.options = {std::string(build_options)};
+  return made;
 }
 
 } // namespace hdmbench::opencl

@@ -26,11 +26,11 @@ struct Source {
 /// Throws std::out_of_range for a kernel that is for devices with shared memory.
 [[nodiscard]] Source source_of(Kernel kernel);
 
-/// Returns the whole text of a program: its constants, `language`, which is what makes these texts another
-/// language's, and `text`.
-[[nodiscard]] std::string program_text(const ProgramKind& kind, std::string_view language,
+/// Returns a program whose text is its constants, `language`, which is what makes these texts another
+/// language's, and `text`; without options.
+[[nodiscard]] ProgramText program_text(const ProgramKind& kind, std::string_view language,
                                        std::string_view text);
-/// Returns the whole text of a program in OpenCL C.
-[[nodiscard]] std::string program_text(const ProgramKind& kind);
+/// Returns a program in OpenCL C.
+[[nodiscard]] ProgramText program_text(const ProgramKind& kind);
 
 } // namespace hdmbench::opencl

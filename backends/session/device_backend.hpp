@@ -72,8 +72,8 @@ struct DeviceBackendName {
 };
 
 /// The backend that computes on the devices of `Source`, which lists them (devices()) and opens them: a
-/// session (session(index, work)), one of the elastic energy (elastic(name, index)), and OnDevice<..., Loops>
-/// (loops(index)).
+/// session (session(index, options)), one of the elastic energy (elastic(name, index, options)), and
+/// OnDevice<..., Loops> (loops(index)).
 template <typename Source>
 class DeviceBackend final : public Backend, public ArithmeticProgram {
 public:
@@ -98,11 +98,11 @@ public:
 
 private:
   std::unique_ptr<Session> do_open(std::size_t index, const SessionOptions& options) const override {
-    return source_.session(index, options.work);
+    return source_.session(index, options);
   }
   std::unique_ptr<ElasticSession> do_open_elastic(std::size_t index,
-                                                  const SessionOptions& /*options*/) const override {
-    return source_.elastic(name_.name, index);
+                                                  const SessionOptions& options) const override {
+    return source_.elastic(name_.name, index, options);
   }
   std::optional<Ceilings> do_measure_ceilings(std::size_t index,
                                               const SessionOptions& /*options*/) const override {

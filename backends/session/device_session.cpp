@@ -1,5 +1,6 @@
 #include "backends/session/device_backend.hpp"
 
+#include "backends/device/recording.hpp"
 #include "backends/session/sweeps.hpp"
 #include "kernels/shaders/level_passes.h"
 
@@ -364,11 +365,12 @@ struct KernelSource {
   std::unique_ptr<ComputeApi> api;
 
   [[nodiscard]] std::vector<Device> devices() const { return api->devices(); }
-  [[nodiscard]] std::unique_ptr<Session> session(std::size_t index, Work work) const {
-    return make_device_session(api->open(index), work);
+  [[nodiscard]] std::unique_ptr<Session> session(std::size_t index, const SessionOptions& options) const {
+    return make_device_session(recorded(api->open(index), options.recording), options.work);
   }
-  [[nodiscard]] std::unique_ptr<ElasticSession> elastic(std::string name, std::size_t index) const {
-    return make_elastic_session(std::move(name), api->open(index));
+  [[nodiscard]] std::unique_ptr<ElasticSession> elastic(std::string name, std::size_t index,
+                                                        const SessionOptions& options) const {
+    return make_elastic_session(std::move(name), recorded(api->open(index), options.recording));
   }
   [[nodiscard]] OnDevice<ComputeDevice, DeviceLoops> loops(std::size_t index) const {
     return OnDevice<ComputeDevice, DeviceLoops>(api->open(index));

@@ -151,6 +151,11 @@ public:
           vk::raii::Pipeline(device_, nullptr, vk::ComputePipelineCreateInfo({}, stage, *layout_)));
     });
   }
+  ProgramText text_of(const ProgramKind& kind) const override {
+    const Words text = spirv_of(kind);
+    return {.bytes = {reinterpret_cast<const char*>(text.data()), text.size() * sizeof(std::uint32_t)},
+            .ending = "spv"};
+  }
   void run(std::span<const Commands::value_type> commands) override {
     guarded([&] {
       if (!recording_) {

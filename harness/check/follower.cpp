@@ -92,6 +92,26 @@ void judge_end(Comparison& comparison, const VectorField& expected, const Vector
   (explained ? comparison.certified_ties : comparison.uncertified) += difference.sites;
 }
 
+void FirstStep::begin(const Comparison& comparison) {
+  is_kept_ = recording_ != nullptr && comparison.uncertified == 0;
+  had_first_ = comparison.first.has_value();
+  if (is_kept_) {
+    recording_->begin();
+  }
+}
+
+void FirstStep::end(Comparison& comparison, const VectorField& expected, const VectorField& found,
+                    const std::function<void(VectorField&)>& read,
+                    const std::function<void(const VectorField&)>& write) {
+  const bool is_first =
+      comparison.first && (!had_first_ || comparison.uncertified > 0); // as keep_first() has it
+  if (is_kept_ && is_first) {
+    VectorField again;
+    auto step = recording_->end([&] { read(again); }, [&] { write(found); }, [&] { write(expected); });
+    comparison.step = step ? std::make_shared<const RecordedStep>(std::move(*step)) : nullptr;
+  }
+}
+
 std::string why_mistrusted(const Scene& scene, bool moved) {
   if (!moved) {
     return "no site ever moved, so a backend that does nothing would pass";

@@ -1,11 +1,13 @@
 #pragma once
 
+#include "backends/device/recording.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/check/verify.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/stopwatch.hpp"
 
 #include <functional>
+#include <memory>
 #include <string>
 
 /// What it takes to lead a backend along a reference, whatever the energy.
@@ -65,6 +67,29 @@ void judge_step(Comparison& comparison, const VectorField& expected, const Vecto
 /// The same of the end of a method, of which no step is known. `explained`: rounding made the difference.
 void judge_end(Comparison& comparison, const VectorField& expected, const VectorField& found,
                const FirstDifference& place, bool explained);
+
+/// Keeps for a comparison the step of its first difference, as the device was told it.
+class FirstStep {
+public:
+  /// Keeps nothing unless it records.
+  explicit FirstStep(bool records) : recording_(records ? std::make_unique<DeviceRecording>() : nullptr) {}
+
+  /// For SessionOptions::recording of the session that takes the steps, which must not outlive this.
+  [[nodiscard]] DeviceRecording* recording() const { return recording_.get(); }
+
+  /// A step comes that may be wanted.
+  void begin(const Comparison& comparison);
+  /// It made `found` in place of `expected` and has been judged. read(values) and write(values) are the
+  /// session's, which has to be written to after that.
+  void end(Comparison& comparison, const VectorField& expected, const VectorField& found,
+           const std::function<void(VectorField&)>& read,
+           const std::function<void(const VectorField&)>& write);
+
+private:
+  std::unique_ptr<DeviceRecording> recording_;
+  bool is_kept_ = false;   ///< the step that was begun
+  bool had_first_ = false; ///< the comparison, before this step
+};
 
 /// What a comparison is worth.
 struct Conditions {

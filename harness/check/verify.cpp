@@ -41,6 +41,7 @@ VectorField specified(const ReferenceStep& step, const VectorField& before) {
 /// One backend that follows the reference sweep by sweep in one mode, and all that is found about it. In free
 /// and active it is on its own.
 struct Follower {
+  FirstStep first{false};
   std::unique_ptr<Session> session{}; ///< null: skipped
   Comparison comparison{};
   VectorField field{};           ///< what the backend has
@@ -63,6 +64,7 @@ struct Follower {
     const bool alone = comparison.mode != Mode::resync;
     if (!alone) {
       session->write(step.before);
+      first.begin(comparison);
     }
     const VectorField before = alone ? field : step.before;
     session->step(1);
@@ -88,6 +90,11 @@ struct Follower {
     comparison.iterations = comparison.sweeps / sweeps_per_iteration(step.level);
     comparison.counts_differing += session->changed() == last_changed ? 0 : 1;
     count_field(comparison, field, drift);
+    if (!alone && drift.sites > 0) {
+      const auto read = [&](VectorField& values) { session->read(values); };
+      first.end(comparison, step.after, field, read,
+                [&](const VectorField& values) { session->write(values); });
+    }
   }
 
   void keep_evidence(const ReferenceStep& step) {
@@ -121,7 +128,9 @@ public:
       for (const Mode mode : modes_) {
         Follower& follower = followers_.emplace_back();
         follower.explains = options.explains;
-        const SessionOptions of_mode = options_of(mode);
+        follower.first = FirstStep(options.records && mode == Mode::resync);
+        SessionOptions of_mode = options_of(mode);
+        of_mode.recording = follower.first.recording();
         follower.comparison =
             begun(scene, *backend, of_mode, mode, [&] { follower.session = backend->open(of_mode); });
       }

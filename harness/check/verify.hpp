@@ -7,6 +7,7 @@
 
 #include <array>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -14,6 +15,8 @@
 #include <vector>
 
 namespace hdmbench {
+
+struct RecordedStep;
 
 /// How a backend is compared with the reference.
 enum class Mode {
@@ -104,6 +107,9 @@ struct Comparison {
   std::optional<FirstDifference> first{};
   /// In resync, where bits differ: which rewrites of the arithmetic make what was found, or that none does.
   std::string why{};
+  /// In resync, where VerifyOptions::records: the step in which `first` differed, as its device was told it
+  /// (backends/device/recording.hpp). Null: none differed, or the backend is not programmed by kernels.
+  std::shared_ptr<const RecordedStep> step{};
   Verdict verdict = Verdict::skipped;
   Tier tier = Tier::none;
   std::string reason{}; ///< for mistrusted and skipped
@@ -115,6 +121,7 @@ struct VerifyOptions {
   SessionOptions session;
   std::optional<int> iteration_limit; ///< per level, for a shorter run
   bool explains = true;               ///< Comparison::why, which takes up to seconds where bits differ
+  bool records = false;               ///< Comparison::step: every step takes longer until one differs
 };
 
 /// Judges a backend that has to have the reference's bits: what rounding explains is wrong all the same.

@@ -20,8 +20,9 @@ using Replayed = ElasticAnswers<rewritten::real>;
 
 /// One backend in one mode.
 struct ElasticFollower {
-  std::unique_ptr<ElasticSession> session; ///< null: skipped
-  Comparison comparison;
+  FirstStep first;
+  std::unique_ptr<ElasticSession> session{}; ///< null: skipped
+  Comparison comparison{};
   Evidence evidence{};
 };
 
@@ -47,14 +48,19 @@ public:
     ++steps_;
     each_present(followers_, [&](ElasticFollower& follower) {
       VectorField found;
-      follower.session->take(step);
-      follower.session->read(step.made_on(), step.to, found);
+      ElasticSession& session = *follower.session;
+      follower.first.begin(follower.comparison);
+      session.take(step);
+      session.read(step.made_on(), step.to, found);
       const FieldDifference difference = compare(expected, found);
       ++follower.comparison.sweeps;
       count_field(follower.comparison, expected, difference);
       if (difference.sites > 0) {
         judge(step, before, expected, found, follower);
-        follower.session->write(step.made_on(), step.to, expected);
+        const auto read = [&](VectorField& values) { session.read(step.made_on(), step.to, values); };
+        const auto write = [&](const VectorField& values) { session.write(step.made_on(), step.to, values); };
+        follower.first.end(follower.comparison, expected, found, read, write);
+        write(expected);
       }
     });
   }
@@ -189,11 +195,14 @@ std::vector<Comparison> verify_elastic(const Scene& scene_, const Backend& refer
   Scene scene = scene_;
   int& iterations = scene.schedule.iterations;
   iterations = std::min(iterations, options.iteration_limit.value_or(iterations));
-  std::vector<ElasticFollower> followers(backends.size());
-  for (std::size_t i = 0; i < backends.size(); ++i) {
-    followers[i].comparison = begun(scene, *backends[i], options.session, Mode::resync, [&] {
-      followers[i].session = backends[i]->open_elastic(options.session);
-    });
+  std::vector<ElasticFollower> followers;
+  for (const Backend* const backend : backends) {
+    followers.push_back({.first = FirstStep(options.records)});
+    ElasticFollower& follower = followers.back();
+    SessionOptions own = options.session;
+    own.recording = follower.first.recording();
+    follower.comparison =
+        begun(scene, *backend, own, Mode::resync, [&] { follower.session = backend->open_elastic(own); });
   }
   const std::unique_ptr<ElasticSession> session = reference.open_elastic(options.session);
   ElasticReferenceRun run(*session, followers, options.explains);

@@ -3,6 +3,7 @@
 #include "backends/shared/kept_arithmetic.hpp"
 #include "harness/check/cases.hpp"
 #include "harness/check/probe.hpp"
+#include "harness/check/reproducer/reproducer.hpp"
 #include "harness/check/verify_rows.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/ranks/rank_backend.hpp"
@@ -24,6 +25,10 @@ namespace {
 constexpr int quick_iterations = 10;
 
 const Option<OutputFile> junit("--junit", "Write the comparisons to this file as JUnit XML, too, for CI");
+const Option<OutputFolder>
+    dump("--dump",
+         "Where bits differ, write the first such step of each backend to a folder in this one, as a "
+         "program that stands alone");
 const Option<std::string> reference(
     "--reference",
     "Backend that the others are compared with (default: scalar, which takes minutes beyond 4096 x 4096)");
@@ -165,6 +170,26 @@ void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
   std::fflush(stdout); // into a pipe too: the next scene may take long
 }
 
+/// Writes the step in which bits first differed to a folder of --dump, the first of each backend and verdict.
+/// Returns a line that says where, for people; empty where there is nothing to say.
+std::string dump_step(const Call& call, const Comparison& comparison, const std::string& repeat,
+                      std::set<std::string>& dumped) {
+  const bool differs = comparison.mode == Mode::resync && comparison.sites_differing > 0;
+  const std::string name = fmt::format("{}-{}", comparison.backend, name_of(comparison.verdict));
+  if (call[dump].empty() || !differs || dumped.contains(name)) {
+    return {};
+  }
+  if (comparison.step == nullptr) {
+    return fmt::format(
+        "  dump: no step of {} is kept: only those of compute kernels on a level in one piece are\n",
+        comparison.backend);
+  }
+  dumped.insert(name);
+  const std::filesystem::path folder = call[dump] / name;
+  write_reproducer(folder, comparison, repeat);
+  return fmt::format("  dump: {}: README.txt says how to run it\n", folder.string());
+}
+
 /// Where bits differ, what the device's arithmetic may have to do with it.
 void print_findings(std::span<const Backend* const> backends, const std::vector<Comparison>& all,
                     const SessionOptions& session) {
@@ -234,7 +259,11 @@ json row_of(const Call& call, const Scene& scene, const Comparison& comparison, 
 int verify_scenes(const Call& call, const std::vector<const Backend*>& backends,
                   const std::vector<Scene>& scenes) {
   Progress progress(call.speaks());
-  VerifyOptions options{.session = call.session(), .iteration_limit = std::nullopt};
+  VerifyOptions options{
+      .session = call.session(), .iteration_limit = std::nullopt, .records = !call[dump].empty()};
+  if (options.records) {
+    require_folder(call[dump], {}, {});
+  }
   if (call[option::quick]) {
     options.iteration_limit = quick_iterations;
   }
@@ -246,7 +275,9 @@ int verify_scenes(const Call& call, const std::vector<const Backend*>& backends,
 
   json rows = json::array();
   std::vector<Comparison> all;
+  std::set<std::string> dumped;
   for (const Scene& scene : scenes) {
+    std::string dumps;
     std::vector<Comparison> comparisons =
         verify(scene, *backends.front(), std::span(backends).subspan(1), options, progress);
     progress.clear();
@@ -257,16 +288,22 @@ int verify_scenes(const Call& call, const std::vector<const Backend*>& backends,
       if (shared != nullptr && shared->has_bits_of_scalar()) {
         excuse_nothing(comparison);
       }
-      rows.push_back(row_of(call, scene, comparison, shared));
+      json& row = rows.emplace_back(row_of(call, scene, comparison, shared));
+      dumps += dump_step(call, comparison, row["repeat"], dumped);
+      comparison.step = nullptr; // it may be large
       all.push_back(comparison);
     }
     print_scene(scene, comparisons, call);
+    fmt::print("{}", dumps);
     call.keep(rows);
   }
   fmt::print("\nAll scenes, all modes\n{}",
              table_text(rows_by_backend(all),
                         "backend|tier:tier reached|comparisons|exact:of them exact|sites:sites compared|"
                         "differing|certified|uncertified"));
+  if (options.records && dumped.empty()) {
+    fmt::print("\n--dump: no bits differ in a step that could be kept, so nothing was written\n");
+  }
   print_findings(std::span(backends).subspan(1), all, call.session());
   const auto count = [&](Verdict verdict) { return std::ranges::count(all, verdict, &Comparison::verdict); };
   const Tier required = call[required_tier] == "bitwise" ? Tier::bitwise : Tier::certified;
@@ -311,6 +348,9 @@ int verify_on_ranks(Call& call, Ranks& ranks) {
   call.schedule.takes_boxes = true;
   if (!call[reference].empty()) {
     throw InputError("verify --reference runs in one process: leave out mpirun");
+  }
+  if (!call[dump].empty()) {
+    throw InputError("verify --dump runs in one process: leave out mpirun");
   }
   const auto registry = make_backends();
   std::vector<std::string> names = call[option::backends];
@@ -363,11 +403,12 @@ void add_verify(CLI::App& program, Call& call) {
       "active: free, leaving out what cannot change. pyramid: all levels in one call, the last field.\n"
       "A site that differs is certified where a bound of rounding, derived from the operations at\n"
       "that site, explains the difference; never on a scene whose arithmetic is exact.\n"
-      "Where bits differ, the rewrite of the arithmetic that makes them is named, with its line.\n"
+      "Where bits differ, the rewrite of the arithmetic that makes them is named, with its line;\n"
+      "--dump DIR writes the step as a program of a hundred lines with its data, for who made the driver.\n"
       "Without scenes: all of them, the other methods, and three sizes that meet the backends' tiles.\n"
       "mpirun -n R hdmbench verify: every backend, or mixture as openmp+vulkan-compute, on 1 ... R ranks.\n"
       "Exit status 1 if a backend disagrees or a scene could not have shown it.",
-      {comparison_options(), required_tier, junit, reference, gate_options(true)},
+      {comparison_options(), required_tier, junit, reference, dump, gate_options(true)},
       {"--methods excludes --method"});
 }
 

@@ -114,7 +114,7 @@ void add(json& row, const char* key, std::optional<int> value) {
 
 std::string text_of([[maybe_unused]] const GpuProgram& program, [[maybe_unused]] Word word) {
 #ifdef HDMBENCH_WITH_OPENCL
-  std::string text = opencl::program_text(program.kind);
+  std::string text = opencl::program_text(program.kind).bytes;
   constexpr std::string_view forbids = "#pragma OPENCL FP_CONTRACT OFF";
   if (word == Word::taken_out) {
     text.erase(text.find(forbids), forbids.size());

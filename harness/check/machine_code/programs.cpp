@@ -54,6 +54,7 @@ public:
     kinds_.insert(kind);
     return std::make_unique<Program>();
   }
+  ProgramText text_of(const ProgramKind& /*kind*/) const override { return {}; }
   void run(std::span<const Commands::value_type> /*commands*/) override {}
   void finish() override {}
 
