@@ -60,10 +60,11 @@ double count_instructions(const std::string& kernel, const std::string& scene, i
   const TemporaryDirectory folder;
   const auto profile = folder.path() / "callgrind.out";
   const std::string program = std::filesystem::read_symlink("/proc/self/exe").string();
-  const ProcessEnd end =
-      run_process({"valgrind", "--tool=callgrind", "--callgrind-out-file=" + profile.string(), program,
-                   "--sweep", kernel, scene, std::to_string(count)},
-                  folder.path() / "output", folder.path() / "errors");
+  // Threads that wait for each other, where a scene is made, count as instructions, too.
+  const ProcessEnd end = run_process({"env", "OMP_NUM_THREADS=1", "valgrind", "--tool=callgrind",
+                                      "--callgrind-out-file=" + profile.string(), program, "--sweep", kernel,
+                                      scene, std::to_string(count)},
+                                     folder.path() / "output", folder.path() / "errors");
   if (!end.good()) {
     throw InputError(
         fmt::format("valgrind failed ({}): {}", end.text(), file_text(folder.path() / "errors")));
