@@ -229,7 +229,7 @@ TEST(AfterTheRun, LawsGiveWayWhereTheyAreDilated) {
     Scene scene = plain_scene(extent);
     scene.energy = &find_energy("elastic");
     scene.elastic.poisson = poisson;
-    scene.full.stiffening = ScalarField(extent, stiffening);
+    scene.full.law_parameter = ScalarField(extent, stiffening);
     VectorField field(extent);
     const double strain = std::cbrt(times) - 1.0;
     for_each_site(extent, [&](int x, int y, int z) {

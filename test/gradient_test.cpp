@@ -218,7 +218,7 @@ TEST(Gradient, IsRefusedWhereThereIsNone) {
   selective.elastic.integration = Integration::selective_reduced;
   EXPECT_THAT(refusal(selective, field), HasSubstr("integrated in full"));
   Scene law = scene_of(level, 0.3);
-  law.full.stiffening = ScalarField(level.extent, 0.0F);
+  law.full.law_parameter = ScalarField(level.extent, 0.0F);
   EXPECT_THAT(refusal(law, field), HasSubstr("law of large strains"));
   Scene walls = scene_of(level, 0.3);
   walls.full.has_walls = true;

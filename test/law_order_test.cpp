@@ -68,8 +68,8 @@ struct Manufactured {
 double error_on(const Manufactured& body, int sites, double times = 1.0) {
   const double cells = sites - 1;
   Level level = test::plain_level({sites, sites, body.is_volume ? sites : 1}, 1.0F);
-  level.stiffening = ScalarField(level.extent);
-  std::ranges::fill(level.stiffening.values, static_cast<float>(body.stiffening));
+  level.law_parameter = ScalarField(level.extent);
+  std::ranges::fill(level.law_parameter.values, static_cast<float>(body.stiffening));
   level.force = VectorField(level.extent);
   ReferenceField truth(level.extent);
   for_each_site(level.extent, [&](int x, int y, int z) {

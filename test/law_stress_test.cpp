@@ -51,7 +51,7 @@ double stored_energy(const Matrix3d& gradient, double mu, double lame, double b)
 }
 
 Matrix3d stress_of(const Matrix3d& h, double mu, double lame, double b) {
-  const auto s = Laws<double>::stress_of(
+  const auto s = laws::neo_hookean::Laws<double>::stress_of(
       {mu, lame, b}, {h(0, 0), h(0, 1), h(0, 2), h(1, 0), h(1, 1), h(1, 2), h(2, 0), h(2, 1), h(2, 2)});
   Matrix3d stress;
   stress << s.xx, s.xy, s.xz, s.yx, s.yy, s.yz, s.zx, s.zy, s.zz;
@@ -76,7 +76,7 @@ TEST(Laws, AStressIsTheSlopeOfTheEnergyAndTurnsWithTheBody) {
 
 Matrix3d stress_of_fibre(const Matrix3d& h, const Eigen::Vector3d& a, double modulus, double compression) {
   const double root = std::pow(modulus, 0.25); // of a tissue of modulus 1
-  const auto s = Laws<double>::with_fibre(
+  const auto s = laws::neo_hookean::Laws<double>::with_fibre(
       {}, {root * a[0], root * a[1], root * a[2], 0.5, compression},
       {h(0, 0), h(0, 1), h(0, 2), h(1, 0), h(1, 1), h(1, 2), h(2, 0), h(2, 1), h(2, 2)});
   Matrix3d stress;
@@ -119,7 +119,7 @@ TEST(Laws, TheStiffnessUnderAStrainIsTheTraceOfTheTangent) {
                   .confidence = VectorField(extent),
                   .modulus = ScalarField(extent, 3.0F)};
       level.sides = {1.0, 2.0, is_volume ? 1.5 : 1.0};
-      level.stiffening = ScalarField(extent, static_cast<float>(b));
+      level.law_parameter = ScalarField(extent, static_cast<float>(b));
       VectorField affine(extent);
       for_each_site(extent, [&](int x, int y, int z) {
         const Eigen::Vector3d at(level.sides[0] * x, level.sides[1] * y, level.sides[2] * z);

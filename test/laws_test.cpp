@@ -31,8 +31,8 @@ using testing::HasSubstr;
 constexpr float neo_hookean = 0.0F;
 
 void set_law(Level& level, float stiffening) {
-  level.stiffening = ScalarField(level.extent);
-  std::ranges::fill(level.stiffening.values, stiffening);
+  level.law_parameter = ScalarField(level.extent);
+  std::ranges::fill(level.law_parameter.values, stiffening);
 }
 
 VectorField linear_forces(const Level& level, const ElasticModel& model, const VectorField& displacement) {
@@ -225,7 +225,7 @@ const std::vector<Case>& cases() {
        [](Level& level) {
          stretch(level, 0.2);
          for (std::size_t i = 0; i < level.extent.sites(); ++i) {
-           level.stiffening.values[i] = i % 3 == 0 ? -1.0F : i % 3 == 1 ? 0.0F : 3.0F;
+           level.law_parameter.values[i] = i % 3 == 0 ? -1.0F : i % 3 == 1 ? 0.0F : 3.0F;
          }
        }},
       {"boxes",
@@ -319,7 +319,7 @@ TEST(Laws, SolutionsAreThoseOfNewtonsMethod) {
       const Level& level = scene.full;
       const ReferenceFibres fibres = fibres_of(level, one.fibres);
       const ReferenceField truth = solve_large_strains(
-          elastic_problem(level), {level.stiffening.values.begin(), level.stiffening.values.end()},
+          elastic_problem(level), {level.law_parameter.values.begin(), level.law_parameter.values.end()},
           one.poisson, one.parts, one.fibres.ratio > 0.0 ? &fibres : nullptr);
       const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
       int cycles = 0;
@@ -328,7 +328,7 @@ TEST(Laws, SolutionsAreThoseOfNewtonsMethod) {
       EXPECT_EQ(found.failure, "") << one.name;
       const double error = rmsd(ReferenceField(found.displacement), truth);
       Level linear = level;
-      linear.stiffening = {};
+      linear.law_parameter = {};
       const double law = rmsd(ReferenceField(test::converged(linear, one.poisson)), truth);
       fmt::print(
           "{:11} {:22} {:2} cycles, least volume {:.3f}, {:.1e} px off, estimated {:.1e}; linear {:.2g}\n",
@@ -470,7 +470,7 @@ TEST(Laws, AreRefusedByWhatIsLinear) {
   const ScalarField everywhere(scene.extent(), 1.0F);
   EXPECT_THROW(RegionSheet(everywhere, scene, *session), InputError);
   Scene loaded = scene;
-  loaded.full.stiffening = {};
+  loaded.full.law_parameter = {};
   loaded.full.force = VectorField(scene.extent());
   EXPECT_THROW(RegionSheet(everywhere, loaded, *session), InputError);
 }
@@ -487,7 +487,7 @@ TEST(Laws, PositionBasedDynamicsComeNearToNewtonsMethod) {
       ++seen;
       const Scene scene = scene_of(extent, one);
       const ElasticProblem problem = elastic_problem(scene.full);
-      const std::vector<float>& stiffening = scene.full.stiffening.values;
+      const std::vector<float>& stiffening = scene.full.law_parameter.values;
       const std::vector<double> tissues(stiffening.begin(), stiffening.end());
       const ReferenceField truth = solve_large_strains(problem, tissues, one.poisson, one.parts);
       const double size = rmsd(truth, ReferenceField(extent));

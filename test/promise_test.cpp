@@ -425,8 +425,8 @@ Scene scene_of_laws(std::uint64_t seed, int fewest, int most, std::size_t axes) 
   const float own = laws.at(seed % 2);
   const float of_stiffest = laws.at(seed / 2 % 3);
   const double stiffest = modulus_range(scene.full.modulus).stiffest;
-  scene.full.stiffening = ScalarField(scene.extent());
-  std::ranges::transform(scene.full.modulus.values, scene.full.stiffening.values.begin(),
+  scene.full.law_parameter = ScalarField(scene.extent());
+  std::ranges::transform(scene.full.modulus.values, scene.full.law_parameter.values.begin(),
                          [&](double modulus) { return modulus == stiffest ? of_stiffest : own; });
   return scene;
 }

@@ -121,7 +121,7 @@ TEST_F(Tradeoff, ChartsLawsAndLoadsAgainstTheirOwnTruth) {
   for (std::vector<float>& component : scene_.full.target.planes) {
     std::ranges::for_each(component, [](float& target) { target *= 0.1F; });
   }
-  scene_.full.stiffening = ScalarField(scene_.extent());
+  scene_.full.law_parameter = ScalarField(scene_.extent());
   const std::vector<Judged> laws = measured({&scalar_, &openmp_}, {});
   const auto of = [](const std::vector<Judged>& rows, std::string_view method) {
     std::vector<Judged> some;
@@ -151,7 +151,7 @@ TEST_F(Tradeoff, ChartsLawsAndLoadsAgainstTheirOwnTruth) {
   EXPECT_EQ(equal["direct"]["method"], "newton");
   EXPECT_EQ(equal["ours"]["method"], requested_name);
 
-  scene_.full.stiffening = {};
+  scene_.full.law_parameter = {};
   scene_.full.force = VectorField(scene_.extent());
   scene_.full.force[0][scene_.extent().index(16, 16)] = 30.0F;
   const std::vector<Judged> loads = measured({&scalar_, &openmp_}, {});

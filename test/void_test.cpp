@@ -82,7 +82,7 @@ TEST(Void, HoldsNothingUnderLoadsAndByLaws) {
     EXPECT_LT(rmsd_of_tissue(heavy, ReferenceField(test::converged(heavy.full, heavy.elastic)), truth), 2e-5);
 
     const Scene by_law = scene_of(folder, {.is_volume = is_volume, .more = "law = \"neo-hookean\"\n"});
-    const std::vector<float>& stiffening = by_law.full.stiffening.values;
+    const std::vector<float>& stiffening = by_law.full.law_parameter.values;
     const ReferenceField large = solve_large_strains(
         emptier(by_law.full), {stiffening.begin(), stiffening.end()}, by_law.elastic.poisson, 2);
     const Solution found = test::solved(by_law, "openmp");

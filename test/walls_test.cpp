@@ -251,7 +251,7 @@ Level sliding_body(const SlidingBody& body) {
   const Extent extent = body.extent;
   Level level = test::plain_level(extent, 1.0F);
   level.sides = body.sides;
-  level.stiffening = ScalarField(extent, 0.0F);
+  level.law_parameter = ScalarField(extent, 0.0F);
   std::vector<bool> beyond(extent.sites());
   const auto away = [&](int x, int y, int z) {
     const auto share = [](int at, int sites, double half) {
@@ -277,7 +277,7 @@ Level sliding_body(const SlidingBody& body) {
   for (std::size_t at = 0; at < extent.sites(); ++at) {
     if (level.modulus.values[at] == 0.0F) {
       level.modulus.values[at] = 0.5F * void_share * stiffest;
-      level.stiffening.values[at] = -1.0F;
+      level.law_parameter.values[at] = -1.0F;
     }
   }
   set_inverse_modulus(level);
@@ -288,7 +288,7 @@ Level sliding_body(const SlidingBody& body) {
 void expect_newtons_answer(const SlidingBody& body) {
   Level level = sliding_body(body);
   const ElasticModel model{body.poisson};
-  const std::vector<double> stiffening(level.stiffening.values.begin(), level.stiffening.values.end());
+  const std::vector<double> stiffening(level.law_parameter.values.begin(), level.law_parameter.values.end());
   const ReferenceField truth = solve_large_strains(elastic_problem(level), stiffening, body.poisson, 4);
   const std::vector<std::uint8_t> tissue = test::sites_of_tissue(level);
   const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
@@ -305,7 +305,7 @@ void expect_newtons_answer(const SlidingBody& body) {
     const bool is_simple = level.extent.axes() == 2 && body.of_line == 1.0F;
     EXPECT_LT(cycles, is_simple ? 20 : 70) << "the cycle knows less of walls than it did";
   }
-  level.stiffening = {};
+  level.law_parameter = {};
   EXPECT_GT(rmsd(ReferenceField(test::converged(level, model)), truth, tissue), body.of_linear)
       << "the law does not matter";
 }

@@ -176,8 +176,8 @@ Level part_of(const Level& level, const Box& part) {
   Level result = without_fields(level);
   // All arrays of a level, so that one that is added is cut, too, or this does not compile.
   auto& [extent, energy, target, confidence, modulus, inverse_modulus, inputs, penalty, steps, update, rule,
-         inverse_curvature, strengths, seed, sides, force, stiffening, fibre, fibre_compression, springs,
-         has_walls] = result;
+         inverse_curvature, strengths, seed, sides, force, law, law_parameter, fibre, fibre_compression,
+         springs, has_walls] = result;
   extent = part.extent();
   target = part_of(level.target, part);
   confidence = part_of(level.confidence, part);
@@ -189,7 +189,7 @@ Level part_of(const Level& level, const Box& part) {
     force = part_of(level.force, part);
   }
   if (has_laws(level)) {
-    stiffening = part_of(level.stiffening, part);
+    law_parameter = part_of(level.law_parameter, part);
   }
   if (has_fibres(level)) {
     fibre = part_of(level.fibre, part);

@@ -19,7 +19,7 @@ namespace hdmbench {
 
 namespace {
 
-using InDouble = Laws<double>;
+using InDouble = laws::neo_hookean::Laws<double>;
 
 constexpr int most_adjoint_steps = 200;
 

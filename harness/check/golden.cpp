@@ -192,7 +192,7 @@ GoldenInputs hash_inputs(const Scene& scene) {
     hash.add(scene.full.force);
   }
   if (has_laws(scene.full)) {
-    hash.add(scene.full.stiffening);
+    hash.add(scene.full.law_parameter);
   }
   if (has_fibres(scene.full)) {
     hash.add(scene.full.fibre);

@@ -3,6 +3,7 @@
 #include "harness/cli/arguments.hpp"
 #include "harness/judge/atlas/atlas.hpp"
 #include "harness/judge/tradeoff.hpp"
+#include "harness/scene/laws.hpp"
 
 #include <cstdio>
 #include <map>
@@ -163,7 +164,7 @@ void print_equal_accuracy(const json& equal) {
 
 /// The line that repeats a point: `run` solves by methods, this command by rivals.
 std::string repeat(const Call& call, const Scene& scene, const Judged& row) {
-  const std::string law = row.variant == linear_law ? std::string(law_names[0]) : call[option::law];
+  const std::string law = row.variant == linear_law ? std::string(law_names().front()) : call[option::law];
   const std::string where = fmt::format("{} --size {}{}", shell_word(scene.source), scene.extent().text("x"),
                                         law.empty() ? "" : " --law " + law);
   if (row.is_rival) {

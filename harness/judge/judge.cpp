@@ -3,6 +3,7 @@
 #include "harness/check/compare.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/scene/images/images.hpp"
+#include "harness/scene/laws.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/solve/planner.hpp"
@@ -24,9 +25,7 @@ nlohmann::json law_of(const Scene& scene) {
   if (!has_laws(scene.full)) {
     return nullptr;
   }
-  const bool is_one =
-      std::ranges::all_of(scene.full.stiffening.values, [](float stiffening) { return stiffening == 0.0F; });
-  return is_one ? law_names[1] : "large strains";
+  return law_name(scene.full);
 }
 
 nlohmann::json to_json(const Scene& scene, const Judged& judged) {
@@ -90,7 +89,7 @@ std::vector<Rival> rivals_of_tissue(const Scene& scene, const Truths& truths, bo
                                                             : "";
   for (const int sweeps : quick ? std::vector{30, 100} : std::vector{30, 100, 300, 1000}) {
     add("xpbd", fmt::format("{} sweeps", sweeps), [&scene, sweeps] {
-      const std::vector<float>& stiffening = scene.full.stiffening.values;
+      const std::vector<float>& stiffening = scene.full.law_parameter.values;
       return relax_positions(elastic_problem(scene.full), {stiffening.begin(), stiffening.end()},
                              scene.elastic.poisson, sweeps);
     });

@@ -141,7 +141,7 @@ void add_settings_of_tissue(const Scene& scene, bool quick, const IsWanted& is_w
                   .poisson_used = scene.elastic.poisson},
                  scene,
                  Where::main_place};
-  linear.scene.full.stiffening = {};
+  linear.scene.full.law_parameter = {};
   linear.scene.full.fibre = {};
   linear.scene.full.fibre_compression = {};
   use_method(linear.scene, find_method(elastic_conjugate_gradients), steps);

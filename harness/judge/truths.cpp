@@ -1,7 +1,9 @@
 #include "harness/judge/truths.hpp"
 
 #include "harness/judge/diagnosis/measures.hpp"
+#include "harness/scene/laws.hpp"
 #include "harness/solve/stopwatch.hpp"
+#include "kernels/data/elastic/law_forces.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/pyramid.hpp"
 #include "reference/finite_elements.hpp"
@@ -141,8 +143,11 @@ ReferenceField find_finite_elements(const Level& level, const ElasticModel& mode
 
 SolvedTruth find_large_strains(const Scene& scene) {
   const Level& full = scene.full;
+  if (&law_of(full) != &laws::neo_hookean::law) {
+    throw InputError(fmt::format("there is no reference solution by the law \"{}\"", law_name(full)));
+  }
   const ReferenceFibres fibres = has_fibres(full) ? fibres_of(full) : ReferenceFibres{};
-  const std::vector<double> stiffening(full.stiffening.values.begin(), full.stiffening.values.end());
+  const std::vector<double> stiffening(full.law_parameter.values.begin(), full.law_parameter.values.end());
   for (int parts = 1;; parts *= 2) { // of the load: Newton's method ends or does not, and where is the same
     try {
       SolvedTruth truth;

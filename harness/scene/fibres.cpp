@@ -57,7 +57,7 @@ std::vector<std::string> apply_fibres(TomlReader& scene, const Content& content,
       continue; // void has none
     }
     const auto& [modulus, direction, tension_only] = found->second;
-    if (!has_laws(level) || level.stiffening.values[site] < 0.0F) {
+    if (!has_laws(level) || level.law_parameter.values[site] < 0.0F) {
       scene.fail("tissue", fmt::format("of label {} has fibres, which go with large strains: give it law = "
                                        "\"neo-hookean\" or \"stiffening\"",
                                        found->first));

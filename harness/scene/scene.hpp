@@ -27,8 +27,6 @@ enum class Stop {
 
 /// What scene files call them, in the order of the enumerators.
 inline constexpr std::array<std::string_view, 3> stop_names{"fixed", "still", "energy"};
-/// The laws of tissue (kernels/specification/laws).
-inline constexpr std::array<std::string_view, 3> law_names{"linear", "neo-hookean", "stiffening"};
 inline constexpr std::array<std::string_view, 2> integration_names{"full", "selective-reduced"};
 inline constexpr std::array<std::string_view, 2> alignment_names{"corner", "center"};
 inline constexpr std::array<std::string_view, 4> update_names{"simultaneous", "sequential", "coloured",

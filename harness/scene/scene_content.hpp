@@ -25,10 +25,16 @@ struct Fibres {
   bool tension_only = true;
 };
 
+/// What a tissue does about large strains.
+struct TissueLaw {
+  const Law* text = nullptr; ///< null: it is linear
+  float parameter = -1.0F;   ///< as Level::law_parameter has it
+};
+
 /// What the pixels are made of, before conditions.
 struct Content {
   std::map<int, double> densities{}; ///< of labels that have one, kg/m^3
-  std::map<int, float> stiffening{}; ///< of labels that have a law of their own, as Level has it
+  std::map<int, TissueLaw> laws{};   ///< of labels that have one of their own
   LabelField labels;
   ScalarField modulus;
   ScalarField picture;
@@ -143,8 +149,8 @@ enum class When { before, now };
 struct Tissue {
   float modulus = 0.0F;
   float gray = 0.0F;
-  std::optional<double> density{};   ///< kg/m^3
-  std::optional<float> stiffening{}; ///< as Level has it; none: the scene's own
+  std::optional<double> density{}; ///< kg/m^3
+  std::optional<TissueLaw> law{};  ///< none: the scene's own
   std::optional<Fibres> fibres{};
 };
 
@@ -166,8 +172,9 @@ void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Con
 /// is void.
 void fill_void(TomlReader& scene, const RegisteredEnergy& energy, Level& level);
 
-/// Sets level.stiffening from the laws of labels and, for all others, of the scene, or `law` in its place
-/// where that is not empty; leaves it empty where all are linear. `energy` is the one that will be minimised.
+/// Sets level.law and its parameter from the laws of labels and, for all others, of the scene, or `law` in
+/// its place where that is not empty; leaves it empty where all are linear. Fails where laws of two texts
+/// meet. `energy` is the one that will be minimised.
 void apply_laws(TomlReader& scene, const Content& content, const RegisteredEnergy& energy,
                 const std::string& law, Level& level);
 

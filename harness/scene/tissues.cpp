@@ -1,3 +1,4 @@
+#include "harness/scene/laws.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/scene_content.hpp"
 #include "harness/scene/walls.hpp"
@@ -10,7 +11,6 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
-#include <ranges>
 #include <set>
 #include <utility>
 
@@ -19,22 +19,20 @@ namespace hdmbench {
 
 namespace {
 
-constexpr float linear_law = -1.0F; ///< as Level::stiffening has it
-constexpr float neo_hookean = 0.0F;
-
-/// Reads the law of large strains that a table states, as Level::stiffening has it; none: it states none.
-std::optional<float> read_law(TomlReader& table) {
+/// Reads the law of large strains that a table states; none: it states none.
+std::optional<TissueLaw> read_law(TomlReader& table) {
   if (!table.has("law")) {
     return std::nullopt;
   }
-  switch (table.choice("law", law_names)) {
-  case 0:
-    return linear_law;
-  case 1:
-    return neo_hookean;
-  default:
-    return static_cast<float>(table.get<double>("stiffening"));
-  }
+  const RegisteredLaw& law = *registered_laws()[table.choice("law", law_names())];
+  return TissueLaw{law.text,
+                   law.key.empty() ? law.parameter : static_cast<float>(table.get<double>(law.key))};
+}
+
+/// The law of a name without a parameter: --law.
+TissueLaw find_law(std::string_view name) {
+  const RegisteredLaw& law = **std::ranges::find(registered_laws(), name, &RegisteredLaw::name);
+  return {law.text, law.parameter};
 }
 
 /// Void weighs nothing, and what goes on through it does so by the linear law, which nothing turns over.
@@ -42,14 +40,14 @@ void read_void(TomlReader& table, Tissue& tissue) {
   if (tissue.density.value_or(0.0) > 0.0) {
     table.fail("density", "must be 0 where modulus is: void weighs nothing");
   }
-  if (tissue.stiffening.value_or(linear_law) >= 0.0F) {
+  if (tissue.law && tissue.law->text != nullptr) {
     table.fail("law", "must be \"linear\" where modulus is 0: void has none");
   }
   if (tissue.fibres) {
     table.fail("fibre_modulus", "has no effect where modulus is 0: void has no fibres");
   }
   tissue.density = 0.0;
-  tissue.stiffening = linear_law;
+  tissue.law = TissueLaw{};
 }
 
 /// "0, 2, 3 (120 pixels)": the labels without a tissue; empty where each has one.
@@ -74,7 +72,7 @@ std::map<int, Tissue> read_tissues(TomlReader& scene, bool shown) {
     (void)table.has("name");
     (void)table.has("source");
     table.read("density", tissue.density);
-    tissue.stiffening = read_law(table);
+    tissue.law = read_law(table);
     tissue.fibres = read_fibres(table);
     if (tissue.modulus == 0.0F) {
       read_void(table, tissue);
@@ -121,8 +119,8 @@ void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Con
     }
   }
   for (const auto& [label, of_label] : tissues) {
-    if (of_label.stiffening) {
-      content.stiffening.emplace(label, *of_label.stiffening);
+    if (of_label.law) {
+      content.laws.emplace(label, *of_label.law);
     }
     if (of_label.fibres && !idle.contains(label)) {
       content.fibres.emplace(label, *of_label.fibres);
@@ -172,7 +170,7 @@ void fill_void(TomlReader& scene, const RegisteredEnergy& energy, Level& level) 
     if (is_void(moduli[site])) {
       moduli[site] = filling;
       if (has_laws(level)) { // what goes on through void does so by the linear law, which nothing turns over
-        level.stiffening.values[site] = linear_law;
+        level.law_parameter.values[site] = TissueLaw{}.parameter;
       }
     }
   }
@@ -180,11 +178,19 @@ void fill_void(TomlReader& scene, const RegisteredEnergy& energy, Level& level) 
 
 void apply_laws(TomlReader& scene, const Content& content, const RegisteredEnergy& energy,
                 const std::string& law, Level& level) {
-  const float of_file = read_law(scene).value_or(linear_law);
-  const float usual = law.empty() ? of_file : law == law_names[0] ? linear_law : neo_hookean;
-  const auto has_law = [](float stiffening) { return stiffening >= 0.0F; };
-  const auto of_labels = content.stiffening | std::views::values;
-  if (!has_law(usual) && std::ranges::none_of(of_labels, has_law)) {
+  const TissueLaw of_file = read_law(scene).value_or(TissueLaw{});
+  const TissueLaw usual = law.empty() ? of_file : find_law(law);
+  const Law* text = usual.text;
+  for (const auto& [label, own] : content.laws) {
+    if (text != nullptr && own.text != nullptr && own.text != text) {
+      scene.fail("tissue",
+                 fmt::format("of label {} has a law of another text than others have: tissues of one "
+                             "image have one, or are linear",
+                             label));
+    }
+    text = own.text != nullptr ? own.text : text;
+  }
+  if (text == nullptr) {
     return;
   }
   if (!energy.takes_laws) {
@@ -192,20 +198,20 @@ void apply_laws(TomlReader& scene, const Content& content, const RegisteredEnerg
                                  "\"elastic\", or --energy elastic",
                                  energy.name));
   }
-  level.stiffening = ScalarField(level.extent);
-  std::ranges::fill(level.stiffening.values, usual);
-  if (content.stiffening.empty()) {
+  level.law = text;
+  level.law_parameter = ScalarField(level.extent, usual.parameter);
+  if (content.laws.empty()) {
     return;
   }
   int label = 0; // of the site before: neighbours mostly have the same
-  float of_label = usual;
+  float of_label = usual.parameter;
   for (std::size_t site = 0; site < level.extent.sites(); ++site) {
     if (site == 0 || content.labels.values[site] != label) {
       label = content.labels.values[site];
-      const auto own = content.stiffening.find(label);
-      of_label = own == content.stiffening.end() ? usual : own->second;
+      const auto own = content.laws.find(label);
+      of_label = own == content.laws.end() ? usual.parameter : own->second.parameter;
     }
-    level.stiffening.values[site] = of_label;
+    level.law_parameter.values[site] = of_label;
   }
 }
 

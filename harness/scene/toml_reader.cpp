@@ -1,5 +1,6 @@
 #include "harness/scene/toml_reader.hpp"
 
+#include "harness/scene/laws.hpp"
 #include "harness/scene/names.hpp"
 
 #include <fmt/format.h>
@@ -8,6 +9,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <string>
+#include <vector>
 
 namespace hdmbench {
 
@@ -55,7 +58,7 @@ bool is_tissue_modulus(double value) {
   return value == 0.0 || is_modulus(value);
 }
 
-const std::array known_keys{
+const std::array keys_but_laws{
     Key{"", "title"},
     Key{"", "size", {}, is_side, "whole numbers >= 1, [width, height] or [width, height, depth]"},
     Key{"", "penalty", of_hdm},
@@ -77,7 +80,6 @@ const std::array known_keys{
     Key{"", "load", of_elastic},
     Key{"", "resect", of_elastic},
     Key{"", "law", of_elastic},
-    Key{"", "stiffening", "it belongs to law = \"stiffening\"", is_positive, "positive"},
     Key{"schedule", "method"},
     Key{"schedule", "iterations"},
     Key{"schedule", "stop", of_hdm},
@@ -134,7 +136,6 @@ const std::array known_keys{
     Key{"tissue", "fibre_modulus", {}, is_positive, "positive (MPa)"},
     Key{"tissue", "fibre", "it belongs to a fibre_modulus"},
     Key{"tissue", "fibre_tension_only", "it belongs to a fibre_modulus"},
-    Key{"tissue", "stiffening", "it belongs to law = \"stiffening\"", is_positive, "positive"},
     Key{"load", "gravity"},
     Key{"load", "pressure"},
     Key{"load", "before"},
@@ -171,13 +172,31 @@ const std::array known_keys{
     Key{"points", "deviation", of_elastic, is_not_negative, "at least 0 (mm)"},
 };
 
+/// Those above and the parameters of laws, which a scene states for all tissues or for one.
+const std::vector<Key>& known_keys() {
+  static std::vector<std::string> belongs;
+  static const std::vector<Key> all = [] {
+    std::vector<Key> found(keys_but_laws.begin(), keys_but_laws.end());
+    belongs.reserve(registered_laws().size());
+    for (const RegisteredLaw* const law : registered_laws()) {
+      if (!law->key.empty()) {
+        belongs.push_back(fmt::format("it belongs to law = \"{}\"", law->name));
+        found.push_back({"", law->key, belongs.back(), is_positive, "positive"});
+        found.push_back({"tissue", law->key, belongs.back(), is_positive, "positive"});
+      }
+    }
+    return found;
+  }();
+  return all;
+}
+
 /// Null where the table that `where` names in errors ("[schedule]", "[[tissue]]", "") has no such key.
 const Key* find_key(std::string_view where, std::string_view name) {
   const std::size_t first = std::min(where.find_first_not_of('['), where.size());
   const std::string_view table = where.substr(first, where.find(']') - first);
   const auto found = std::ranges::find_if(
-      known_keys, [&](const Key& key) { return key.table == table && key.name == name; });
-  return found == known_keys.end() ? nullptr : &*found;
+      known_keys(), [&](const Key& key) { return key.table == table && key.name == name; });
+  return found == known_keys().end() ? nullptr : &*found;
 }
 
 } // namespace
@@ -225,7 +244,7 @@ TomlReader::TomlReader(const toml::table& table, std::string file, std::string w
   for (const auto& [name, node] : table_) {
     if (find_key(where_, name.str()) == nullptr) {
       std::vector<std::string_view> known;
-      for (const Key& key : known_keys) {
+      for (const Key& key : known_keys()) {
         if (find_key(where_, key.name) == &key) {
           known.push_back(key.name);
         }

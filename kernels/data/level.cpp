@@ -77,8 +77,8 @@ void require_sides(Extent extent) {
 Level without_fields(const Level& level) {
   // A new member has to be named here, or this does not compile: it is kept below unless it is an array.
   const auto& [extent, energy, target, confidence, modulus, inverse_modulus, inputs, penalty, steps, update,
-               rule, inverse_curvature, strengths, seed, sides, force, stiffening, fibre, fibre_compression,
-               springs, has_walls] = level;
+               rule, inverse_curvature, strengths, seed, sides, force, law, law_parameter, fibre,
+               fibre_compression, springs, has_walls] = level;
   return {.extent = extent,
           .energy = energy,
           .penalty = penalty,
@@ -88,6 +88,7 @@ Level without_fields(const Level& level) {
           .strengths = strengths,
           .seed = seed,
           .sides = sides,
+          .law = law,
           .has_walls = has_walls};
 }
 
@@ -153,8 +154,9 @@ void validate(const Level& level) {
     validate(level.force, level.extent, "the load");
   }
   if (has_laws(level)) {
-    require_size(level.stiffening.values.size(), level.stiffening.extent, level.extent, "the stiffening");
-    require(level.stiffening.values, level.extent, "the stiffening", "finite", is_finite);
+    require_size(level.law_parameter.values.size(), level.law_parameter.extent, level.extent,
+                 "the law's parameter");
+    require(level.law_parameter.values, level.extent, "the law's parameter", "finite", is_finite);
   }
   if (has_fibres(level)) {
     validate(level.fibre, level.extent, "the fibre");

@@ -28,6 +28,8 @@ enum class Rule {
   annealing    ///< a candidate at random, taken by its energy and the temperature (thesis Alg. 1)
 };
 
+struct Law;
+
 /// The most that the longest side of a pixel or a voxel is over the shortest: methods take the longer, the
 /// longer boxes are (the atlas's volume-elastic-boxes).
 inline constexpr double most_oblong = 10.0;
@@ -56,9 +58,11 @@ struct Level {
   /// The load on every site, over the area or the volume of a pixel or voxel whose sides are those: MPa over
   /// a shortest side. Empty: there is none. Elastic energies alone know it.
   VectorField force{};
-  /// How every site's tissue answers to large strains (specification/laws): 0 is neo-Hookean, above 0
-  /// stiffens with the strain, below 0 is linear. Empty: all are linear. Elastic energies alone know it.
-  ScalarField stiffening{};
+  const Law* law = nullptr; ///< how tissue answers to large strains; null: as law_of() says
+  /// The law's parameter at every site, which of the shipped one is 0 for neo-Hookean tissue and above 0
+  /// where it stiffens with the strain. Below 0 the tissue is linear. Empty: all is. Elastic energies alone
+  /// know it.
+  ScalarField law_parameter{};
   /// The fibres of every site's tissue: a unit vector along them, times the fourth root of their modulus over
   /// the tissue's (specification/laws/fibres.inc). Empty: there are none. Laws of large strains alone know
   /// it.
@@ -74,7 +78,7 @@ struct Level {
 
 /// Whether some tissue has a law of large strains.
 [[nodiscard]] inline bool has_laws(const Level& level) {
-  return !level.stiffening.values.empty();
+  return !level.law_parameter.values.empty();
 }
 
 [[nodiscard]] inline bool has_fibres(const Level& level) {

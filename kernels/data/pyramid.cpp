@@ -121,8 +121,8 @@ Level sample_level(const Level& full, Extent extent, Alignment alignment, Materi
     sample(sites, full.confidence[axis], level.confidence[axis]);
   }
   if (has_laws(full)) {
-    level.stiffening = ScalarField(extent);
-    sample(sites, full.stiffening.values, level.stiffening.values);
+    level.law_parameter = ScalarField(extent);
+    sample(sites, full.law_parameter.values, level.law_parameter.values);
   }
   if (has_fibres(full)) {
     level.fibre = VectorField(extent);

@@ -89,7 +89,7 @@ void add_neo_hookean_elements(Problem& problem, double /*knob*/) {
 }
 
 void be_neo_hookean(Problem& problem, double /*knob*/) {
-  problem.scene.full.stiffening = ScalarField(problem.scene.extent());
+  problem.scene.full.law_parameter = ScalarField(problem.scene.extent());
 }
 
 constexpr std::array<double, 3> along_fibres{0.8, 0.6, 0.0}; ///< a unit vector

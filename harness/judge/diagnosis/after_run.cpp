@@ -134,7 +134,7 @@ void check_dilation(const Scene& scene, const VectorField& steps, Warnings& warn
   ScalarField ratios = least_area_ratios(steps);
   const float least = void_modulus(body);
   leave_out(body, ratios, [&](std::size_t site) { // void has the linear law, too
-    return body.modulus.values[site] < least || body.stiffening.values[site] < 0.0F;
+    return body.modulus.values[site] < least || body.law_parameter.values[site] < 0.0F;
   });
   Seen dilated;
   for (std::size_t cell = 0; cell < ratios.values.size(); ++cell) {

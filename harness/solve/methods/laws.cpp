@@ -425,11 +425,11 @@ private:
     solution.failure = solver.why();
     const double least = solver.least().share;
     solution.beyond_law.clear();
-    if (!(least > double{Laws<float>::least_volume})) {
-      solution.beyond_law =
-          fmt::format("the cell at {} keeps {:.2g} of its {}, and no law holds below {:.2g}",
-                      level.extent.place(solver.least().site), least,
-                      level.extent.axes() == 3 ? "volume" : "area", Laws<float>::least_volume);
+    if (!(least > double{laws::neo_hookean::Laws<float>::least_volume})) {
+      solution.beyond_law = fmt::format(
+          "the cell at {} keeps {:.2g} of its {}, and no law holds below {:.2g}",
+          level.extent.place(solver.least().site), least, level.extent.axes() == 3 ? "volume" : "area",
+          laws::neo_hookean::Laws<float>::least_volume);
     }
   }
 

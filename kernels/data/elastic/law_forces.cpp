@@ -2,7 +2,7 @@
 
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/hierarchy.hpp"
-#include "kernels/specification/laws/laws.hpp"
+#include "kernels/data/elastic/law.hpp"
 
 #include <omp.h>
 
@@ -11,129 +11,6 @@
 #include <vector>
 
 namespace hdmbench {
-
-namespace {
-
-using LawsInFloat = Laws<float>;
-
-/// What every cell has in common.
-struct CellConstants {
-  float mu = 0.0F;
-  float lame = 0.0F;
-  float half_modulus = 0.0F;
-  LawsInFloat::Sides sides{};
-  float least_modulus = 0.0F;
-};
-
-/// The four rows of sites that a row of cells lies between: y in the lowest bit, then z, which an image has
-/// not.
-struct Rows {
-  std::array<std::array<const float*, 4>, 3> displacement{};
-  std::array<const float*, 4> modulus{};
-  std::array<const float*, 4> stiffening{};
-  std::array<std::array<const float*, 4>, 3> fibre{}; ///< not read where there are none
-  std::array<const float*, 4> compression{};
-};
-
-/// What cells do, one array after the other, each as long as a row of them: 24 forces, the volume.
-struct Made {
-  float* forces = nullptr;
-  float* volumes = nullptr;
-  std::size_t cells = 0;
-};
-
-/// A function of its own, so that the loop over cells becomes one of vectors.
-template <bool has_fibres>
-HDM_FUNCTION void make_cell(const CellConstants& material, const Rows& rows, const Made& made,
-                            std::size_t i) {
-  const auto displacement = [&](int axis) HDM_INLINED {
-    const auto& of = rows.displacement[static_cast<std::size_t>(axis)];
-    return LawsInFloat::Volume::CellCorners{of[0][i], of[0][i + 1], of[1][i], of[1][i + 1],
-                                            of[2][i], of[2][i + 1], of[3][i], of[3][i + 1]};
-  };
-  const auto value_at = [&](const std::array<const float*, 4>& of, int corner) HDM_INLINED {
-    return of[static_cast<std::size_t>(corner) >> 1][i + (static_cast<std::size_t>(corner) & 1)];
-  };
-  const auto modulus_at = [&](int corner) HDM_INLINED { return value_at(rows.modulus, corner); };
-  float softest = modulus_at(0);
-  for (int corner = 1; corner < 8; ++corner) {
-    const float modulus = modulus_at(corner);
-    softest = modulus < softest ? modulus : softest;
-  }
-  const bool is_void = softest < material.least_modulus;
-  const auto tissue = [&](int corner) HDM_INLINED {
-    const float modulus = is_void ? softest : modulus_at(corner);
-    const float stiffening = value_at(rows.stiffening, corner);
-    return LawsInFloat::Tissue{modulus * material.mu, modulus * material.lame, is_void ? -1.0F : stiffening};
-  };
-  const auto fibre = [&](int corner) HDM_INLINED {
-    if constexpr (has_fibres) {
-      const float half_modulus = is_void ? 0.0F : modulus_at(corner) * material.half_modulus;
-      return LawsInFloat::Fibre{value_at(rows.fibre[0], corner), value_at(rows.fibre[1], corner),
-                                value_at(rows.fibre[2], corner), half_modulus,
-                                value_at(rows.compression, corner)};
-    } else {
-      return LawsInFloat::NoFibre{};
-    }
-  };
-  made.volumes[i] = LawsInFloat::for_each_force_by_law(
-      displacement, tissue, fibre, material.sides, [&](int axis, int corner, float force) HDM_INLINED {
-        made.forces[static_cast<std::size_t>(8 * axis + corner) * made.cells + i] = force;
-      });
-}
-
-template <bool has_fibres>
-HDM_WIDE_VECTORS void make_cells(const CellConstants& material, const Rows& rows, const Made& made,
-                                 std::size_t begin, std::size_t end) {
-#pragma omp simd
-  for (std::size_t i = begin; i < end; ++i) {
-    make_cell<has_fibres>(material, rows, made, i);
-  }
-}
-
-/// The rows around a row of sites, itself where the image ends: before and after it along y, then along z.
-struct Around {
-  struct Component {
-    const float* row = nullptr;
-    std::array<const float*, 4> beside{};
-  };
-  std::array<Component, 3> displacement{};
-  std::array<float, 3> factor{}; ///< 1 / the way between those on both sides
-  const float* stiffening = nullptr;
-};
-
-/// Returns the ratio of site x, whose neighbours along the row are at `before` and `after`. A function of its
-/// own, so that the loop over sites becomes one of vectors.
-HDM_FUNCTION float ratio_at(const CellConstants& material, const Around& around, float z, std::size_t x,
-                            std::size_t before, std::size_t after, float factor) {
-  const auto along_x = [&](std::size_t axis) HDM_INLINED {
-    const float* const row = around.displacement[axis].row;
-    return factor * (row[after] - row[before]);
-  };
-  const auto along = [&](std::size_t axis, std::size_t other) HDM_INLINED {
-    const auto& beside = around.displacement[axis].beside;
-    return around.factor[other] * (beside[2 * other - 1][x] - beside[2 * other - 2][x]);
-  };
-  const LawsInFloat::Gradient gradient{along_x(0),  along(0, 1), along(0, 2), along_x(1), along(1, 1),
-                                       along(1, 2), along_x(2),  along(2, 1), along(2, 2)};
-  const float ratio =
-      LawsInFloat::stiffness_under({material.mu, material.lame, around.stiffening[x]}, gradient, z);
-  const float not_less = ratio > 0.1F ? ratio : 0.1F; // whatever it is, also no number
-  return not_less < 10.0F ? not_less : 10.0F;
-}
-
-HDM_WIDE_VECTORS void set_ratios(const CellConstants& material, const Around& around, float z,
-                                 std::size_t width, float* to) {
-  const float factor = around.factor[0];
-#pragma omp simd
-  for (std::size_t x = 1; x < width - 1; ++x) {
-    to[x] = ratio_at(material, around, z, x, x - 1, x + 1, factor);
-  }
-  to[0] = ratio_at(material, around, z, 0, 0, 1, 2.0F * factor);
-  to[width - 1] = ratio_at(material, around, z, width - 1, width - 2, width - 1, 2.0F * factor);
-}
-
-} // namespace
 
 /// The part of the sites that a thread has: all whose coordinate along the last axis is in [begin, end).
 class LawForces::Part {
@@ -166,7 +43,7 @@ private:
       return;
     }
     const bool is_volume = level_.extent.axes() == 3;
-    Rows rows;
+    CellRows rows;
     std::array<std::size_t, 4> at{};
     for (std::size_t row = 0; row < 4; ++row) {
       at[row] = level_.extent.index(0, y + static_cast<int>(row & 1),
@@ -176,7 +53,7 @@ private:
             axis < level_.extent.axes() ? displacement_[axis].data() + at[row] : none_.data();
       }
       rows.modulus[row] = level_.modulus.values.data() + at[row];
-      rows.stiffening[row] = has_laws(level_) ? level_.stiffening.values.data() + at[row] : linear_.data();
+      rows.parameter[row] = has_laws(level_) ? level_.law_parameter.values.data() + at[row] : linear_.data();
       if (has_fibres(level_)) {
         for (std::size_t axis = 0; axis < 3; ++axis) {
           rows.fibre[axis][row] =
@@ -185,11 +62,9 @@ private:
         rows.compression[row] = level_.fibre_compression.values.data() + at[row];
       }
     }
-    const auto& [mu, lame, half_modulus, sides, least_modulus] = laws_.constants_;
-    const auto make = has_fibres(level_) ? make_cells<true> : make_cells<false>;
-    make({mu, lame, half_modulus, {sides[0], sides[1], sides[2]}, least_modulus}, rows,
-         {forces_.data(), volumes_.data(), cells_}, static_cast<std::size_t>(cells.begin),
-         static_cast<std::size_t>(cells.end));
+    const auto make = has_fibres(level_) ? laws_.law_.make_cells_with_fibres : laws_.law_.make_cells;
+    make(laws_.constants_, rows, {forces_.data(), volumes_.data(), cells_},
+         static_cast<std::size_t>(cells.begin), static_cast<std::size_t>(cells.end));
     for (std::size_t row = 0; row < 4; ++row) {
       const int of_last_axis = is_volume ? z + static_cast<int>(row >> 1) : y + static_cast<int>(row & 1);
       if (of_last_axis >= begin && of_last_axis < end) {
@@ -229,11 +104,15 @@ private:
   std::vector<float> forces_;
   std::vector<float> volumes_;
   std::vector<float> none_;   ///< the displacement of an image along z
-  std::vector<float> linear_; ///< the stiffening of a level without laws
+  std::vector<float> linear_; ///< the parameter of a level without laws
   LeastVolume least_{};
 };
 
-LawForces::LawForces(const Level& level, const ElasticModel& model) : level_(level) {
+const Law& law_of(const Level& level) {
+  return level.law != nullptr ? *level.law : laws::neo_hookean::law;
+}
+
+LawForces::LawForces(const Level& level, const ElasticModel& model) : level_(level), law_(law_of(level)) {
   const bool is_volume = level.extent.axes() == 3;
   // For Young's modulus 1; and the energy is by coefficients of slopes, eight times those of unit cells.
   const double unit = force_unit(level, model.poisson) / 32.0;
@@ -313,7 +192,6 @@ ScalarField LawForces::stiffness_ratio(const VectorField& displacement) const {
   ScalarField ratio(extent);
   const std::vector<float> none(static_cast<std::size_t>(extent.width), 0.0F);
   const std::vector<float> linear(static_cast<std::size_t>(extent.width), -1.0F);
-  const CellConstants material{.mu = constants_.mu, .lame = constants_.lame};
   const std::array<float, 3> one_over_sides = constants_.one_over_sides;
 #pragma omp parallel for if (extent.sites() > sites_worth_threads)
   for (int row = 0; row < extent.rows(); ++row) {
@@ -321,7 +199,7 @@ ScalarField LawForces::stiffness_ratio(const VectorField& displacement) const {
     const int z = row / extent.height;
     const std::array<int, 4> beside{std::max(y - 1, 0), std::min(y + 1, extent.height - 1),
                                     std::max(z - 1, 0), std::min(z + 1, extent.depth - 1)};
-    Around around;
+    RowsAround around;
     around.factor = {0.5F * one_over_sides[0], one_over_sides[1] / static_cast<float>(beside[1] - beside[0]),
                      is_volume ? one_over_sides[2] / static_cast<float>(beside[3] - beside[2]) : 0.0F};
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -332,10 +210,10 @@ ScalarField LawForces::stiffness_ratio(const VectorField& displacement) const {
           row_at(y, z),
           {row_at(beside[0], z), row_at(beside[1], z), row_at(y, beside[2]), row_at(y, beside[3])}};
     }
-    around.stiffening =
-        has_laws(level_) ? level_.stiffening.values.data() + extent.index(0, row) : linear.data();
-    set_ratios(material, around, is_volume ? 1.0F : 0.0F, static_cast<std::size_t>(extent.width),
-               ratio.values.data() + extent.index(0, row));
+    around.parameter =
+        has_laws(level_) ? level_.law_parameter.values.data() + extent.index(0, row) : linear.data();
+    law_.set_ratios(constants_, around, is_volume ? 1.0F : 0.0F, static_cast<std::size_t>(extent.width),
+                    ratio.values.data() + extent.index(0, row));
   }
   return ratio;
 }

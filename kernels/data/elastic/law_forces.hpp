@@ -1,5 +1,6 @@
 #pragma once
 
+#include "kernels/data/elastic/law.hpp"
 #include "kernels/data/level.hpp"
 #include "kernels/data/modulus.hpp"
 
@@ -17,6 +18,9 @@ struct LeastVolume {
   double share = std::numeric_limits<double>::infinity();
   std::size_t site = 0; ///< the corner of the cell with the least coordinates
 };
+
+/// Returns the law of the level's tissues: where it names none, the shipped one.
+[[nodiscard]] const Law& law_of(const Level& level);
 
 /// A level whose tissues have laws; one without is linear everywhere. Where walls are (Level::has_walls), all
 /// of a cell with a corner in void is void: its other corners slide, and half of a cell that hangs on them
@@ -43,17 +47,10 @@ private:
     int begin = 0;
     int end = 0;
   };
-  /// What every cell has in common.
-  struct Constants {
-    float mu = 0.0F; ///< Lame's constants for a modulus of 1, in the unit of sessions
-    float lame = 0.0F;
-    float half_modulus = 0.0F; ///< a half of a modulus of 1, in that unit
-    std::array<float, 3> one_over_sides{};
-    float least_modulus = 0.0F; ///< of a corner; below it all of the cell is void
-  };
 
   const Level& level_;
-  Constants constants_;
+  const Law& law_;
+  CellConstants constants_;
   std::vector<Cells> rows_;
 };
 

@@ -2,20 +2,28 @@
 
 #include "kernels/specification/elastic/elastic.hpp"
 
-namespace hdmbench {
+/// Which law, and the file of its text: what a further one defines.
+#ifndef HDMBENCH_LAW
+#define HDMBENCH_LAW neo_hookean
+#define HDMBENCH_LAW_TEXT "kernels/specification/laws/neo_hookean.inc"
+#endif
 
-/// The laws of tissue (neo_hookean.inc) and the cells that have them (cell.inc) for any scalar. An image is a
-/// layer of cells.
+namespace hdmbench::laws::HDMBENCH_LAW {
+
+/// Tissue that has the law, or is linear, and the cells that it is in (cell.inc) for any scalar. An image is
+/// a layer of cells.
 template <typename Scalar>
 struct Laws : ElasticVolume<Scalar, true> {
   using real = Scalar;
   using Volume = ElasticVolume<Scalar, true>;
   using typename Volume::Coefficients;
 #define HDM_NUMBER(value) real(value)
-#include "kernels/specification/laws/neo_hookean.inc"
-// What may be in any tissue, and what a cell is made of, come after the law.
+// In this order: each needs what stands before it.
+#include "kernels/specification/laws/strain.inc"
+#include HDMBENCH_LAW_TEXT
 #include "kernels/specification/laws/cell.inc"
 #include "kernels/specification/laws/fibres.inc"
+#include "kernels/specification/laws/stress.inc"
 #undef HDM_NUMBER
 
   /// A tissue without fibres.
@@ -54,7 +62,7 @@ struct Laws : ElasticVolume<Scalar, true> {
                         take);
     // Linear tissue counts as if it kept all: its law has an answer for cells that are turned over, too.
     const auto volume = [&](int corner, const Gradient& h) HDM_INLINED {
-      return tissue(corner).stiffening < real(0) ? real(1) : real(1) + dilation_of(h, cofactors_of(h));
+      return tissue(corner).parameter < real(0) ? real(1) : real(1) + dilation_of(h, cofactors_of(h));
     };
     const auto least = [](real a, real b) HDM_INLINED { return b < a ? b : a; };
     return least(
@@ -63,4 +71,4 @@ struct Laws : ElasticVolume<Scalar, true> {
   }
 };
 
-} // namespace hdmbench
+} // namespace hdmbench::laws::HDMBENCH_LAW

@@ -1,0 +1,63 @@
+#pragma once
+
+#include <array>
+#include <cstddef>
+
+namespace hdmbench {
+
+/// What every cell has in common.
+struct CellConstants {
+  float mu = 0.0F; ///< Lame's constants for a modulus of 1, in the unit of sessions (force_unit)
+  float lame = 0.0F;
+  float half_modulus = 0.0F; ///< a half of a modulus of 1, in that unit
+  std::array<float, 3> one_over_sides{};
+  float least_modulus = 0.0F; ///< of a corner; below it all of the cell is void
+};
+
+/// The four rows of sites that a row of cells lies between: y in the lowest bit, then z, which an image has
+/// not.
+struct CellRows {
+  std::array<std::array<const float*, 4>, 3> displacement{};
+  std::array<const float*, 4> modulus{};
+  std::array<const float*, 4> parameter{};
+  std::array<std::array<const float*, 4>, 3> fibre{}; ///< not read where there are none
+  std::array<const float*, 4> compression{};
+};
+
+/// What cells do, one array after the other, each as long as a row of them: 24 forces, the volume.
+struct MadeCells {
+  float* forces = nullptr;
+  float* volumes = nullptr;
+  std::size_t cells = 0;
+};
+
+/// The rows around a row of sites, itself where the image ends: before and after it along y, then along z.
+struct RowsAround {
+  struct Component {
+    const float* row = nullptr;
+    std::array<const float*, 4> beside{};
+  };
+  std::array<Component, 3> displacement{};
+  std::array<float, 3> factor{}; ///< 1 / the way between those on both sides
+  const float* parameter = nullptr;
+};
+
+/// A law of large strains, its text (specification/laws) as law_cells.cpp compiles it. Scenes name laws by
+/// harness/scene/laws.hpp.
+struct Law {
+  /// What cells begin ... end - 1 of a row do; in the second their tissues have fibres.
+  void (*make_cells)(const CellConstants&, const CellRows&, const MadeCells&, std::size_t begin,
+                     std::size_t end);
+  void (*make_cells_with_fibres)(const CellConstants&, const CellRows&, const MadeCells&, std::size_t begin,
+                                 std::size_t end);
+  /// Sets how many times as stiff the sites of a row are under a displacement as without, 0.1 ... 10; z is 1
+  /// of a volume, 0 of an image.
+  void (*set_ratios)(const CellConstants&, const RowsAround&, float z, std::size_t width, float* to);
+};
+
+/// The shipped text: neo-Hookean, and stiffening by its parameter.
+namespace laws::neo_hookean {
+extern const Law law;
+}
+
+} // namespace hdmbench
