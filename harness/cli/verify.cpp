@@ -170,9 +170,9 @@ void print_scene(const Scene& scene, const std::vector<Comparison>& comparisons,
   std::fflush(stdout); // into a pipe too: the next scene may take long
 }
 
-/// Writes the step in which bits first differed to a folder of --dump, the first of each backend and verdict.
-/// Returns a line that says where, for people; empty where there is nothing to say.
-std::string dump_step(const Call& call, const Comparison& comparison, const std::string& repeat,
+/// Writes the step in which bits first differed to a folder of --dump, the first of each backend and verdict,
+/// and its name into `row`. Returns a line that says where, for people; empty where there is nothing to say.
+std::string dump_step(const Call& call, const Comparison& comparison, json& row,
                       std::set<std::string>& dumped) {
   const bool differs = comparison.mode == Mode::resync && comparison.sites_differing > 0;
   const std::string name = fmt::format("{}-{}", comparison.backend, name_of(comparison.verdict));
@@ -186,7 +186,8 @@ std::string dump_step(const Call& call, const Comparison& comparison, const std:
   }
   dumped.insert(name);
   const std::filesystem::path folder = call[dump] / name;
-  write_reproducer(folder, comparison, repeat);
+  write_reproducer(folder, comparison, row["repeat"]);
+  row["dump"] = folder;
   return fmt::format("  dump: {}: README.txt says how to run it\n", folder.string());
 }
 
@@ -289,7 +290,7 @@ int verify_scenes(const Call& call, const std::vector<const Backend*>& backends,
         excuse_nothing(comparison);
       }
       json& row = rows.emplace_back(row_of(call, scene, comparison, shared));
-      dumps += dump_step(call, comparison, row["repeat"], dumped);
+      dumps += dump_step(call, comparison, row, dumped);
       comparison.step = nullptr; // it may be large
       all.push_back(comparison);
     }
