@@ -62,20 +62,45 @@ Buffer made(const vk::raii::PhysicalDevice& physical, const vk::raii::Device& de
   return buffer;
 }
 
+std::uint32_t compute_family(const vk::raii::PhysicalDevice& physical) {
+  std::uint32_t family = 0;
+  while (!(physical.getQueueFamilyProperties().at(family).queueFlags & vk::QueueFlagBits::eCompute)) {
+    ++family;
+  }
+  return family;
+}
+
+vk::raii::Device opened(const vk::raii::PhysicalDevice& physical, std::uint32_t family) {
+  const float priority = 1.0F;
+  const vk::DeviceQueueCreateInfo queue({}, family, 1, &priority);
+  vk::PhysicalDeviceFeatures features;
+  features.shaderStorageImageExtendedFormats = VK_TRUE;
+  return physical.createDevice({{}, queue, {}, {}, &features});
+}
+
+vk::raii::Pipeline compiled(const vk::raii::Device& device, const vk::raii::PipelineLayout& layout,
+                            const Program& text) {
+  const std::string bytes = bytes_of(text.file);
+  const vk::raii::ShaderModule module =
+      device.createShaderModule({{}, bytes.size(), reinterpret_cast<const std::uint32_t*>(bytes.data())});
+  const vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *module, text.entry);
+  return device.createComputePipeline(nullptr, {{}, stage, *layout});
+}
+
+/// All that was written becomes visible to what comes after in these stages.
+void wait(const vk::raii::CommandBuffer& commands, vk::PipelineStageFlags stages) {
+  const vk::MemoryBarrier all(vk::AccessFlagBits::eMemoryWrite,
+                              vk::AccessFlagBits::eMemoryRead | vk::AccessFlagBits::eMemoryWrite);
+  commands.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands, stages, {}, all, {}, {});
+}
+
 int main(int count, char** arguments) try {
   const vk::raii::Context context;
   const vk::ApplicationInfo application("reproduce", 1, nullptr, 0, VK_API_VERSION_1_1);
   const vk::raii::Instance instance = context.createInstance({{}, &application});
   const vk::raii::PhysicalDevice physical = find_device(instance, count > 1 ? arguments[1] : device_name);
-  std::uint32_t family = 0;
-  while (!(physical.getQueueFamilyProperties().at(family).queueFlags & vk::QueueFlagBits::eCompute)) {
-    ++family;
-  }
-  const float priority = 1.0F;
-  const vk::DeviceQueueCreateInfo of_queue({}, family, 1, &priority);
-  vk::PhysicalDeviceFeatures features;
-  features.shaderStorageImageExtendedFormats = VK_TRUE;
-  const vk::raii::Device device = physical.createDevice({{}, of_queue, {}, {}, &features});
+  const std::uint32_t family = compute_family(physical);
+  const vk::raii::Device device = opened(physical, family);
   const vk::raii::Queue queue = device.getQueue(family, 0);
 
   std::vector<vk::DescriptorSetLayoutBinding> bindings;
@@ -97,18 +122,14 @@ int main(int count, char** arguments) try {
   }
   std::vector<vk::raii::Pipeline> pipelines;
   for (const Program& program : programs) {
-    const std::string bytes = bytes_of(program.file);
-    const vk::raii::ShaderModule module =
-        device.createShaderModule({{}, bytes.size(), reinterpret_cast<const std::uint32_t*>(bytes.data())});
-    const vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *module,
-                                                  program.entry);
-    pipelines.push_back(device.createComputePipeline(nullptr, {{}, stage, *layout}));
+    pipelines.push_back(compiled(device, layout, program));
   }
 
   const vk::raii::CommandPool pool = device.createCommandPool({{}, family});
   std::vector<vk::raii::DescriptorSet> sets;
   auto recorded = device.allocateCommandBuffers({*pool, vk::CommandBufferLevel::ePrimary, 1});
   const auto submit = [&] {
+    wait(recorded.front(), vk::PipelineStageFlagBits::eHost);
     recorded.front().end();
     queue.submit(vk::SubmitInfo({}, {}, *recorded.front()));
     device.waitIdle();
@@ -125,10 +146,7 @@ int main(int count, char** arguments) try {
     }
     const vk::raii::CommandBuffer& to = recorded.front();
     if (command.waits) {
-      const vk::MemoryBarrier all(vk::AccessFlagBits::eMemoryWrite,
-                                  vk::AccessFlagBits::eMemoryRead | vk::AccessFlagBits::eMemoryWrite);
-      to.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands, vk::PipelineStageFlagBits::eAllCommands, {},
-                         all, {}, {});
+      wait(to, vk::PipelineStageFlagBits::eAllCommands);
     }
     sets.push_back(std::move(device.allocateDescriptorSets({*set_pool, *set_layout}).front()));
     for (const auto [binding, array] : command.arrays) {
