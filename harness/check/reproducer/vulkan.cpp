@@ -20,6 +20,14 @@ vk::DescriptorType type_of(unsigned binding) {
                        : vk::DescriptorType::eUniformTexelBuffer;
 }
 
+std::vector<vk::DescriptorSetLayoutBinding> all_bindings() {
+  std::vector<vk::DescriptorSetLayoutBinding> bindings;
+  for (unsigned binding = 0; binding < 16; ++binding) {
+    bindings.emplace_back(binding, type_of(binding), 1, vk::ShaderStageFlagBits::eCompute);
+  }
+  return bindings;
+}
+
 /// The first device that has this in its name.
 vk::raii::PhysicalDevice find_device(const vk::raii::Instance& instance, const std::string& name) {
   for (vk::raii::PhysicalDevice& one : vk::raii::PhysicalDevices(instance)) {
@@ -94,6 +102,34 @@ void wait(const vk::raii::CommandBuffer& commands, vk::PipelineStageFlags stages
   commands.pipelineBarrier(vk::PipelineStageFlagBits::eAllCommands, stages, {}, all, {}, {});
 }
 
+/// Room for a set a command.
+vk::raii::DescriptorPool pool_for(const vk::raii::Device& device,
+                                  const std::vector<vk::DescriptorSetLayoutBinding>& bindings) {
+  const auto count = static_cast<std::uint32_t>(commands.size());
+  std::vector<vk::DescriptorPoolSize> sizes;
+  for (const vk::DescriptorSetLayoutBinding& one : bindings) {
+    sizes.emplace_back(one.descriptorType, count);
+  }
+  return device.createDescriptorPool({vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet, count, sizes});
+}
+
+/// Records a program on the arrays of a command, which `set` has from now on.
+void dispatch(const vk::raii::Device& device, const vk::raii::CommandBuffer& to, const Command& command,
+              const vk::raii::PipelineLayout& layout, const vk::raii::DescriptorSet& set,
+              const std::vector<Buffer>& buffers) {
+  for (const auto [binding, array] : command.arrays) {
+    const vk::DescriptorBufferInfo whole(*buffers[array].handle, 0, VK_WHOLE_SIZE);
+    const vk::BufferView view = *buffers[array].view;
+    device.updateDescriptorSets(
+        vk::WriteDescriptorSet(*set, binding, 0, 1, type_of(binding), nullptr, &whole, &view), {});
+  }
+  to.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *layout, 0, *set, {});
+  const std::string told = told_of(command);
+  to.pushConstants<char>(*layout, vk::ShaderStageFlagBits::eCompute, 0,
+                         vk::ArrayProxy<const char>(static_cast<std::uint32_t>(told.size()), told.data()));
+  to.dispatch(command.groups[0], command.groups[1], command.groups[2]);
+}
+
 int main(int count, char** arguments) try {
   const vk::raii::Context context;
   const vk::ApplicationInfo application("reproduce", 1, nullptr, 0, VK_API_VERSION_1_1);
@@ -103,18 +139,11 @@ int main(int count, char** arguments) try {
   const vk::raii::Device device = opened(physical, family);
   const vk::raii::Queue queue = device.getQueue(family, 0);
 
-  std::vector<vk::DescriptorSetLayoutBinding> bindings;
-  std::vector<vk::DescriptorPoolSize> sizes;
-  const auto command_count = static_cast<std::uint32_t>(commands.size());
-  for (unsigned binding = 0; binding < 16; ++binding) {
-    bindings.emplace_back(binding, type_of(binding), 1, vk::ShaderStageFlagBits::eCompute);
-    sizes.emplace_back(type_of(binding), command_count);
-  }
+  const std::vector<vk::DescriptorSetLayoutBinding> bindings = all_bindings();
   const vk::raii::DescriptorSetLayout set_layout = device.createDescriptorSetLayout({{}, bindings});
   const vk::PushConstantRange range(vk::ShaderStageFlagBits::eCompute, 0, 128);
   const vk::raii::PipelineLayout layout = device.createPipelineLayout({{}, *set_layout, range});
-  const vk::raii::DescriptorPool set_pool = device.createDescriptorPool(
-      {vk::DescriptorPoolCreateFlagBits::eFreeDescriptorSet, command_count, sizes});
+  const vk::raii::DescriptorPool set_pool = pool_for(device, bindings);
 
   std::vector<Buffer> buffers;
   for (const Array& array : arrays) {
@@ -149,18 +178,8 @@ int main(int count, char** arguments) try {
       wait(to, vk::PipelineStageFlagBits::eAllCommands);
     }
     sets.push_back(std::move(device.allocateDescriptorSets({*set_pool, *set_layout}).front()));
-    for (const auto [binding, array] : command.arrays) {
-      const vk::DescriptorBufferInfo whole(*buffers[array].handle, 0, VK_WHOLE_SIZE);
-      const vk::BufferView view = *buffers[array].view;
-      device.updateDescriptorSets(
-          vk::WriteDescriptorSet(*sets.back(), binding, 0, 1, type_of(binding), nullptr, &whole, &view), {});
-    }
     to.bindPipeline(vk::PipelineBindPoint::eCompute, *pipelines[command.program]);
-    to.bindDescriptorSets(vk::PipelineBindPoint::eCompute, *layout, 0, *sets.back(), {});
-    const std::string told = told_of(command);
-    to.pushConstants<char>(*layout, vk::ShaderStageFlagBits::eCompute, 0,
-                           vk::ArrayProxy<const char>(static_cast<std::uint32_t>(told.size()), told.data()));
-    to.dispatch(command.groups[0], command.groups[1], command.groups[2]);
+    dispatch(device, to, command, layout, sets.back(), buffers);
   }
   submit();
   return compared([&](int array, std::size_t first, std::size_t bytes) {
