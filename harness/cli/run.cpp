@@ -261,7 +261,8 @@ void print_way(const Solved& solved, const json& row, bool explained) {
                  : "",
              fine_sweep_equivalents(*solved.plan));
   if (const std::optional<double>& distance = solved.plan->linear_distance) {
-    fmt::print("  the linear law stands: the law of large strains is about {:.2g} px from it\n", *distance);
+    fmt::print("  the linear law stands: the law of large strains is about {:.2g} {} from it\n", *distance,
+               solved.unit());
   }
 }
 

@@ -13,6 +13,14 @@ namespace hdmbench::commands {
 
 namespace {
 
+/// What a site and the unit of displacements are called.
+const char* sites_of(const Scene& scene) {
+  return scene.extent().axes() == 3 ? "voxels" : "pixels";
+}
+const char* unit_of(const Scene& scene) {
+  return scene.extent().axes() == 3 ? "voxels" : "px";
+}
+
 /// Prints what became of the pixels of the images of targets, and puts it into the row of the run; nothing of
 /// a scene without such.
 void report_observations(const Scene& scene, json& row) {
@@ -21,9 +29,10 @@ void report_observations(const Scene& scene, json& row) {
                            {"acting", observed->acting},
                            {"exact", observed->exact},
                            {"farthest_px", observed->farthest}};
-    fmt::print("  {} pixels with a target: {} act, {} are certain{}\n", observed->given, observed->acting,
-               observed->exact,
-               observed->exact > 0 ? fmt::format(" and met to {:.2g} px", observed->farthest) : "");
+    fmt::print("  {} {} with a target: {} act, {} are certain{}\n", observed->given, sites_of(scene),
+               observed->acting, observed->exact,
+               observed->exact > 0 ? fmt::format(" and met to {:.2g} {}", observed->farthest, unit_of(scene))
+                                   : "");
   }
 }
 
@@ -41,8 +50,8 @@ void report_loads(const Scene& scene, json& row) {
 void report_resected(const Scene& scene, json& row) {
   if (const auto& resected = scene.resected) {
     row["resected"] = {{"sites", resected->sites}, {"sag_px", resected->sag}};
-    fmt::print("  {} {} are taken out, which the loads of before had moved by {:.2g} px at most\n",
-               resected->sites, scene.extent().axes() == 3 ? "voxels" : "pixels", resected->sag);
+    fmt::print("  {} {} are taken out, which the loads of before had moved by {:.2g} {} at most\n",
+               resected->sites, sites_of(scene), resected->sag, unit_of(scene));
   }
 }
 
@@ -50,8 +59,8 @@ void report_resected(const Scene& scene, json& row) {
 void report_walls(const Scene& scene, const VectorField& displacement, json& row) {
   if (const WallReport walls = walls_under(scene.full, displacement); walls.sites > 0) {
     row["walls"] = {{"sites", walls.sites}, {"gave_way_px", walls.gave_way}};
-    fmt::print("  {} {} slide along walls, which give way by {:.2g} px at most\n", walls.sites,
-               scene.extent().axes() == 3 ? "voxels" : "pixels", walls.gave_way);
+    fmt::print("  {} {} slide along walls, which give way by {:.2g} {} at most\n", walls.sites,
+               sites_of(scene), walls.gave_way, unit_of(scene));
   }
 }
 
@@ -67,7 +76,7 @@ void report_fibres(const Scene& scene, json& row) {
   }
   if (sites > 0) {
     row["fibre_sites"] = sites;
-    fmt::print("  {} {} have fibres\n", sites, scene.extent().axes() == 3 ? "voxels" : "pixels");
+    fmt::print("  {} {} have fibres\n", sites, sites_of(scene));
   }
 }
 
@@ -81,7 +90,7 @@ void report_void(const Scene& scene, json& row) {
     fmt::print(
         "  {} {} are void: the displacement there goes on smoothly from what is around, and no tissue has "
         "it\n",
-        sites, scene.extent().axes() == 3 ? "voxels" : "pixels");
+        sites, sites_of(scene));
   }
 }
 
