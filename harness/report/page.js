@@ -50,7 +50,7 @@ function head(machine, files) {
   const newest = last_file?.context ?? {};
   const [first, last] = [dates[0], dates.at(-1)].map((date) => date?.slice(0, 10));
   const where = [first === last ? dates.at(-1) : `${first} to ${last}`, newest.operating_system, newest.compiler,
-    newest.commit && `commit ${newest.commit}`, is_number(last_file?.commits_ago) && `${plural(last_file.commits_ago, "commit")} before this page`];
+    newest.commit && `commit ${newest.commit}`, last_file?.commits_ago > 0 && `${plural(last_file.commits_ago, "commit")} before this page`];
   const list = (notes) => notes.length > 0 && el("ul", {}, notes.map((note) => el("li", {}, with_times(note.sentence))));
   const others = machine.notes.filter((note) => note.state === "good");
   // A graphics card has a name by each of its drivers: the shortest.
