@@ -53,11 +53,12 @@ class OwnLaw : public testing::TestWithParam<bool> {
 protected:
   [[nodiscard]] static bool is_volume() { return GetParam(); }
 
-  [[nodiscard]] Scene block(double hardening, std::string_view of_tissue = "") const {
+  [[nodiscard]] Scene block(double hardening, std::string_view of_tissue = "",
+                            const SceneOptions& options = {}) const {
     std::string text =
         fmt::format(fmt::runtime(pulled_block), is_volume() ? ", 7" : "", hardening, of_tissue);
     text += is_volume() ? "[[condition]]\nwhere = \"front\"\ndz = 0.0\n" : "";
-    return load_scene(folder_.write("block.toml", text), {});
+    return load_scene(folder_.write("block.toml", text), options);
   }
 
 private:
@@ -123,6 +124,17 @@ TEST_P(OwnLaw, EveryBackendHasTheSameBits) {
        verify(scene, test::scalar(), others, {.session = {}, .iteration_limit = {}}, test::silent())) {
     EXPECT_EQ(one.verdict, Verdict::agree) << one.backend << ", " << name_of(one.mode);
   }
+}
+
+/// --energy auto takes neo-Hookean tissue only where the scene says nothing.
+TEST_P(OwnLaw, AStatedLawStandsWhereOneIsTakenAsNeeded) {
+  for (const char* const of_tissue : {"", "law = \"saint-venant\"\nvolume_hardening = 3.0"}) {
+    const Scene scene = block(3.0, of_tissue, {.law = std::string(law_as_needed)});
+    EXPECT_EQ(law_name(scene.full), "saint-venant");
+    EXPECT_THAT(scene.full.law_parameter.values, testing::Each(3.0F));
+  }
+  const Scene stiffening = block(5.0, "law = \"stiffening\"\nstiffening = 7.0", {.law = "neo-hookean"});
+  EXPECT_THAT(stiffening.full.law_parameter.values, testing::Each(7.0F));
 }
 
 /// Linear tissue may lie beside it; another text may not.

@@ -18,6 +18,10 @@ struct RegisteredLaw {
   float parameter = 0.0F; ///< as Level::law_parameter has it
 };
 
+/// SceneOptions::law of --energy auto: what the scene states stands; where it states nothing, tissue is
+/// neo-Hookean.
+inline constexpr std::string_view law_as_needed = "as needed";
+
 /// Returns all laws, the linear one first.
 [[nodiscard]] std::span<const RegisteredLaw* const> registered_laws();
 /// Returns their names in the same order.

@@ -1,5 +1,6 @@
 #include "harness/scene/schedule_overrides.hpp"
 
+#include "harness/scene/laws.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/schedule_keys.hpp"
 #include "kernels/data/input_error.hpp"
@@ -19,7 +20,7 @@ std::string option_of(std::string_view key) {
 void ScheduleOverrides::choose_energy(std::string_view name) {
   const bool as_needed = name == "auto";
   energy = as_needed ? &energy_near(ReferenceSolution::finite_elements) : &find_energy(name);
-  law = as_needed ? "neo-hookean" : "";
+  law = as_needed ? law_as_needed : "";
 }
 
 const RegisteredEnergy*

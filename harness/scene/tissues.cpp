@@ -29,10 +29,18 @@ std::optional<TissueLaw> read_law(TomlReader& table) {
                    law.key.empty() ? law.parameter : static_cast<float>(table.get<double>(law.key))};
 }
 
-/// The law of a name without a parameter: --law.
-TissueLaw find_law(std::string_view name) {
-  const RegisteredLaw& law = **std::ranges::find(registered_laws(), name, &RegisteredLaw::name);
-  return {law.text, law.parameter};
+/// The law of tissues that state none. `law`: SceneOptions::law.
+TissueLaw usual_law(const std::optional<TissueLaw>& of_file, const Content& content, std::string_view law) {
+  if (law.empty() || (law == law_as_needed && of_file)) {
+    return of_file.value_or(TissueLaw{});
+  }
+  const bool is_as_needed = law == law_as_needed;
+  const RegisteredLaw& named =
+      **std::ranges::find(registered_laws(), is_as_needed ? "neo-hookean" : law, &RegisteredLaw::name);
+  const bool meets_another = std::ranges::any_of(content.laws, [&](const auto& own) {
+    return own.second.text != nullptr && own.second.text != named.text;
+  });
+  return is_as_needed && meets_another ? TissueLaw{} : TissueLaw{named.text, named.parameter};
 }
 
 /// Void weighs nothing, and what goes on through it does so by the linear law, which nothing turns over.
@@ -178,8 +186,7 @@ void fill_void(TomlReader& scene, const RegisteredEnergy& energy, Level& level) 
 
 void apply_laws(TomlReader& scene, const Content& content, const RegisteredEnergy& energy,
                 const std::string& law, Level& level) {
-  const TissueLaw of_file = read_law(scene).value_or(TissueLaw{});
-  const TissueLaw usual = law.empty() ? of_file : find_law(law);
+  const TissueLaw usual = usual_law(read_law(scene), content, law);
   const Law* text = usual.text;
   for (const auto& [label, own] : content.laws) {
     if (text != nullptr && own.text != nullptr && own.text != text) {
