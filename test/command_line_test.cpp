@@ -446,6 +446,7 @@ TEST(CommandLine, VerifyAndBenchWriteWhatTheCiOfOthersReads) {
                            {"device", "card"},
                            {"driver", "d 1"},
                            {"why", "fused"},
+                           {"dump", "d/openmp"},
                            {"wall_seconds", 1.5},
                            {"first_difference",
                             {{"text", FirstDifference{.level = 2,
@@ -460,12 +461,13 @@ TEST(CommandLine, VerifyAndBenchWriteWhatTheCiOfOthersReads) {
   report::write_junit(junit, nlohmann::json::array({bad}));
   EXPECT_THAT(
       read_file(junit),
-      AllOf(HasSubstr(R"(failures="1")"), HasSubstr(R"(classname="a&lt;b.3x4.icm")"),
-            HasSubstr("name=\"openmp free\" time=\"1.500\">"),
-            HasSubstr(
-                "disagree: 7 sites differ, 0 counts are wrong. &quot;x&quot;\">device: card\ndriver: d 1\n"
-                "first: level 2, step 3, sweep, x = 4, y = 5, z = 6: expected (1.5, 2, 0), found (1.25, 2, "
-                "0)\nwhy: fused\nrepeat: hdmbench verify &#39;a&lt;b&#39;")));
+      AllOf(
+          HasSubstr(R"(failures="1")"), HasSubstr(R"(classname="a&lt;b.3x4.icm")"),
+          HasSubstr("name=\"openmp free\" time=\"1.500\">"),
+          HasSubstr(
+              "disagree: 7 sites differ, 0 counts are wrong. &quot;x&quot;\">device: card\ndriver: d 1\n"
+              "first: level 2, step 3, sweep, x = 4, y = 5, z = 6: expected (1.5, 2, 0), found (1.25, 2, "
+              "0)\nwhy: fused\nthe step as a program: d/openmp\nrepeat: hdmbench verify &#39;a&lt;b&#39;")));
 
   const auto own = folder.path() / "bench.json";
   const auto google = folder.path() / "google.json";

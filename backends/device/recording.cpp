@@ -23,11 +23,20 @@ std::uint32_t word_at(const std::vector<std::byte>& bytes, std::size_t at) {
 
 } // namespace
 
-void DeviceRecording::begin() {
-  phase_ = Phase::told;
+void DeviceRecording::in_phase(Phase phase, const std::function<void()>& call) {
+  struct Ended {
+    Phase& phase;
+    ~Ended() { phase = Phase::idle; }
+  } const ended{phase_};
+  phase_ = phase;
+  call();
+}
+
+void DeviceRecording::record(const std::function<void()>& take) {
   step_ = {};
   arrays_.clear();
   programs_.clear();
+  in_phase(Phase::told, take);
 }
 
 std::size_t DeviceRecording::number_of(ComputeDevice& device, const Array& array) {
@@ -43,14 +52,12 @@ std::size_t DeviceRecording::number_of(ComputeDevice& device, const Array& array
   return arrays_.size() - 1;
 }
 
-std::optional<RecordedStep> DeviceRecording::end(const std::function<void()>& read,
-                                                 const std::function<void()>& write_found,
-                                                 const std::function<void()>& write_expected) {
+std::optional<RecordedStep> DeviceRecording::step(const std::function<void()>& read,
+                                                  const std::function<void()>& write_found,
+                                                  const std::function<void()>& write_expected) {
   const auto passed_in = [&](Phase phase, const std::function<void()>& call) {
-    phase_ = phase;
     passed_.clear();
-    call();
-    phase_ = Phase::idle;
+    in_phase(phase, call);
     return std::exchange(passed_, {});
   };
   const std::vector<Passed> made = passed_in(Phase::read, read);
@@ -121,20 +128,15 @@ public:
   const Device& description() const override { return device_->description(); }
   const DeviceLimits& limits() const override { return device_->limits(); }
   void write(const Array& to, std::size_t first, std::span<const std::byte> values) override {
-    std::vector<std::byte> bytes;
-    if (recording_.phase_ == Phase::told || recording_.phase_ == Phase::written) {
-      bytes.assign(values.begin(), values.end()); // staging memory may change by the next verb
-    }
     if (recording_.phase_ == Phase::written) {
-      recording_.passed_.push_back({&to, first, std::move(bytes)});
-      return;
+      recording_.passed_.push_back({&to, first, {values.begin(), values.end()}});
+    } else if (recording_.phase_ == Phase::told) {
+      const std::vector<std::byte> kept(values.begin(), values.end()); // verbs may change staging memory
+      tell_bytes(to, first, kept);
+      device_->write(inner_of(to), first, kept);
+    } else {
+      device_->write(inner_of(to), first, values);
     }
-    if (recording_.phase_ == Phase::told) {
-      tell_bytes(to, first, bytes);
-      device_->write(inner_of(to), first, bytes);
-      return;
-    }
-    device_->write(inner_of(to), first, values);
   }
   void read(const Array& from, std::size_t first, std::span<std::byte> values) override {
     device_->read(inner_of(from), first, values);

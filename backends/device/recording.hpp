@@ -48,16 +48,16 @@ struct RecordedStep {
 /// takes longer, as every array is read before it is first used.
 class DeviceRecording {
 public:
-  /// Keeps what is told from now on, and forgets what was kept before.
-  void begin();
+  /// Keeps what devices are told in take(), and forgets what was kept before.
+  void record(const std::function<void()>& take);
 
-  /// Ends that. `read` reads what the step made from its session, once more; `write_found` and
-  /// `write_expected` write that, and what should be there, to the same session: devices are not told, so the
-  /// session has to be written to after that. Returns the step; none where no program was run, or where
-  /// what the session reads is not in the places where it writes, as of a level in pieces.
-  [[nodiscard]] std::optional<RecordedStep> end(const std::function<void()>& read,
-                                                const std::function<void()>& write_found,
-                                                const std::function<void()>& write_expected);
+  /// Returns the step that was kept; none where no program was run, or where what the session reads is not in
+  /// the places where it writes, as of a level in pieces. `read` reads what the step made from its session,
+  /// once more; `write_found` and `write_expected` write that, and what should be there, to the same session:
+  /// devices are not told, so the session has to be written to after that.
+  [[nodiscard]] std::optional<RecordedStep> step(const std::function<void()>& read,
+                                                 const std::function<void()>& write_found,
+                                                 const std::function<void()>& write_expected);
 
 private:
   friend class RecordedDevice;
@@ -71,6 +71,8 @@ private:
     std::vector<std::byte> bytes;
   };
 
+  /// Calls it in a phase, and ends the phase, whatever it throws.
+  void in_phase(Phase phase, const std::function<void()>& call);
   /// Its number; read from `device` where it is new.
   std::size_t number_of(ComputeDevice& device, const Array& array);
 

@@ -22,10 +22,12 @@ double free_share(const VectorField& confidence) {
   return static_cast<double>(free) / static_cast<double>(confidence.extent.axes() * confidence[0].size());
 }
 
-/// Keeps the site where it is the first that differs, or the first without an explanation.
-void keep_first(Comparison& comparison, FirstDifference first, std::size_t site, const VectorField& expected,
+/// Keeps the site where it is the first that differs, or the first without an explanation. Returns whether it
+/// is.
+bool keep_first(Comparison& comparison, FirstDifference first, std::size_t site, const VectorField& expected,
                 const VectorField& found, const Certificate& certificate) {
-  if (!comparison.first || (!certificate.holds && comparison.uncertified == 0)) {
+  const bool is_first = !comparison.first || (!certificate.holds && comparison.uncertified == 0);
+  if (is_first) {
     std::tie(first.x, first.y, first.z) = std::tuple_cat(coordinates(expected.extent, site));
     first.expected.resize(expected.extent.axes());
     first.found.resize(expected.extent.axes());
@@ -36,6 +38,7 @@ void keep_first(Comparison& comparison, FirstDifference first, std::size_t site,
     first.certificate = certificate;
     comparison.first = first;
   }
+  return is_first;
 }
 
 } // namespace
@@ -63,15 +66,16 @@ void count_field(Comparison& comparison, const VectorField& reference, const Fie
   comparison.largest_difference = std::max(comparison.largest_difference, drift.largest);
 }
 
-void judge_step(Comparison& comparison, const VectorField& expected, const VectorField& found,
+bool judge_step(Comparison& comparison, const VectorField& expected, const VectorField& found,
                 const FirstDifference& place,
                 const std::function<Certificate(int x, int y, int z)>& certify) {
+  bool has_first = false;
   for (std::size_t site = 0; site < expected[0].size(); ++site) {
     if (!differs(expected, found, site)) {
       continue;
     }
     const Certificate certificate = std::apply(certify, coordinates(expected.extent, site));
-    keep_first(comparison, place, site, expected, found, certificate);
+    has_first = keep_first(comparison, place, site, expected, found, certificate) || has_first;
     ++comparison.sites_differing;
     ++(certificate.holds ? comparison.certified_ties : comparison.uncertified);
     if (certificate.holds) {
@@ -79,6 +83,7 @@ void judge_step(Comparison& comparison, const VectorField& expected, const Vecto
           std::max(comparison.largest_gap_over_bound, certificate.gap_over_bound);
     }
   }
+  return has_first;
 }
 
 void judge_end(Comparison& comparison, const VectorField& expected, const VectorField& found,
@@ -86,28 +91,26 @@ void judge_end(Comparison& comparison, const VectorField& expected, const Vector
   const FieldDifference difference = compare(expected, found);
   count_field(comparison, expected, difference);
   if (difference.first) {
-    keep_first(comparison, place, *difference.first, expected, found, {.holds = explained});
+    (void)keep_first(comparison, place, *difference.first, expected, found, {.holds = explained});
   }
   comparison.sites_differing += difference.sites;
   (explained ? comparison.certified_ties : comparison.uncertified) += difference.sites;
 }
 
-void FirstStep::begin(const Comparison& comparison) {
-  is_kept_ = recording_ != nullptr && comparison.uncertified == 0;
-  had_first_ = comparison.first.has_value();
-  if (is_kept_) {
-    recording_->begin();
+void FirstStep::record(const Comparison& comparison, const std::function<void()>& take) {
+  if (recording_ != nullptr && comparison.uncertified == 0) {
+    recording_->record(take);
+  } else {
+    take();
   }
 }
 
-void FirstStep::end(Comparison& comparison, const VectorField& expected, const VectorField& found,
-                    const std::function<void(VectorField&)>& read,
-                    const std::function<void(const VectorField&)>& write) {
-  const bool is_first =
-      comparison.first && (!had_first_ || comparison.uncertified > 0); // as keep_first() has it
-  if (is_kept_ && is_first) {
+void FirstStep::keep(Comparison& comparison, const VectorField& expected, const VectorField& found,
+                     const std::function<void(VectorField&)>& read,
+                     const std::function<void(const VectorField&)>& write) {
+  if (recording_ != nullptr) {
     VectorField again;
-    auto step = recording_->end([&] { read(again); }, [&] { write(found); }, [&] { write(expected); });
+    auto step = recording_->step([&] { read(again); }, [&] { write(found); }, [&] { write(expected); });
     comparison.step = step ? std::make_shared<const RecordedStep>(std::move(*step)) : nullptr;
   }
 }

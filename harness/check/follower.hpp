@@ -61,7 +61,8 @@ void each_present(Followers& followers, const Call& call) {
 void count_field(Comparison& comparison, const VectorField& reference, const FieldDifference& drift);
 
 /// Judges every site in which a step made `found` in place of `expected`. `place`: level, iteration, step.
-void judge_step(Comparison& comparison, const VectorField& expected, const VectorField& found,
+/// Returns whether the first difference of the comparison is one of this step now.
+bool judge_step(Comparison& comparison, const VectorField& expected, const VectorField& found,
                 const FirstDifference& place, const std::function<Certificate(int x, int y, int z)>& certify);
 
 /// The same of the end of a method, of which no step is known. `explained`: rounding made the difference.
@@ -77,18 +78,16 @@ public:
   /// For SessionOptions::recording of the session that takes the steps, which must not outlive this.
   [[nodiscard]] DeviceRecording* recording() const { return recording_.get(); }
 
-  /// A step comes that may be wanted.
-  void begin(const Comparison& comparison);
-  /// It made `found` in place of `expected` and has been judged. read(values) and write(values) are the
-  /// session's, which has to be written to after that.
-  void end(Comparison& comparison, const VectorField& expected, const VectorField& found,
-           const std::function<void(VectorField&)>& read,
-           const std::function<void(const VectorField&)>& write);
+  /// Calls take(), which takes a step, and keeps it while it may become the first.
+  void record(const Comparison& comparison, const std::function<void()>& take);
+  /// That step made `found` in place of `expected`, and is the first (judge_step()). read(values) and
+  /// write(values) are the session's, which has to be written to after that.
+  void keep(Comparison& comparison, const VectorField& expected, const VectorField& found,
+            const std::function<void(VectorField&)>& read,
+            const std::function<void(const VectorField&)>& write);
 
 private:
-  std::unique_ptr<DeviceRecording> recording_;
-  bool is_kept_ = false;   ///< the step that was begun
-  bool had_first_ = false; ///< the comparison, before this step
+  std::unique_ptr<DeviceRecording> recording_; ///< null: it keeps nothing
 };
 
 /// What a comparison is worth.

@@ -64,22 +64,25 @@ struct Follower {
     const bool alone = comparison.mode != Mode::resync;
     if (!alone) {
       session->write(step.before);
-      first.begin(comparison);
     }
     const VectorField before = alone ? field : step.before;
-    session->step(1);
-    session->read(field);
+    first.record(comparison, [&] {
+      session->step(1);
+      session->read(field);
+    });
     const FieldDifference drift = compare(step.after, field);
     const bool as_reference = !drifted && drift.sites == 0;
+    bool is_first = false;
     if (!as_reference) {
-      judge_step(comparison, drifted ? specified(step, before) : step.after, field, step.place,
-                 [&](int x, int y, int z) {
-                   Certificate certificate = proofs_of(step.level)
-                                                 .certify(step.level, before, step.number, x, y, z,
-                                                          site_of(field, field.extent.index(x, y, z)));
-                   certificate.holds = certificate.holds && !exact; // there is no rounding to explain it
-                   return certificate;
-                 });
+      is_first =
+          judge_step(comparison, drifted ? specified(step, before) : step.after, field, step.place,
+                     [&](int x, int y, int z) {
+                       Certificate certificate = proofs_of(step.level)
+                                                     .certify(step.level, before, step.number, x, y, z,
+                                                              site_of(field, field.extent.index(x, y, z)));
+                       certificate.holds = certificate.holds && !exact; // there is no rounding to explain it
+                       return certificate;
+                     });
     }
     if (explains && !alone && drift.sites > 0) {
       keep_evidence(step);
@@ -90,10 +93,10 @@ struct Follower {
     comparison.iterations = comparison.sweeps / sweeps_per_iteration(step.level);
     comparison.counts_differing += session->changed() == last_changed ? 0 : 1;
     count_field(comparison, field, drift);
-    if (!alone && drift.sites > 0) {
+    if (is_first) { // when changed() has been asked: the session has to be written to after this
       const auto read = [&](VectorField& values) { session->read(values); };
-      first.end(comparison, step.after, field, read,
-                [&](const VectorField& values) { session->write(values); });
+      first.keep(comparison, step.after, field, read,
+                 [&](const VectorField& values) { session->write(values); });
     }
   }
 

@@ -49,17 +49,19 @@ public:
     each_present(followers_, [&](ElasticFollower& follower) {
       VectorField found;
       ElasticSession& session = *follower.session;
-      follower.first.begin(follower.comparison);
-      session.take(step);
-      session.read(step.made_on(), step.to, found);
+      const auto read = [&](VectorField& values) { session.read(step.made_on(), step.to, values); };
+      const auto write = [&](const VectorField& values) { session.write(step.made_on(), step.to, values); };
+      follower.first.record(follower.comparison, [&] {
+        session.take(step);
+        read(found);
+      });
       const FieldDifference difference = compare(expected, found);
       ++follower.comparison.sweeps;
       count_field(follower.comparison, expected, difference);
       if (difference.sites > 0) {
-        judge(step, before, expected, found, follower);
-        const auto read = [&](VectorField& values) { session.read(step.made_on(), step.to, values); };
-        const auto write = [&](const VectorField& values) { session.write(step.made_on(), step.to, values); };
-        follower.first.end(follower.comparison, expected, found, read, write);
+        if (judge(step, before, expected, found, follower)) {
+          follower.first.keep(follower.comparison, expected, found, read, write);
+        }
         write(expected);
       }
     });
@@ -118,13 +120,14 @@ private:
     return fields;
   }
 
-  void judge(const MethodStep& step, const VectorField& before, const VectorField& expected,
+  /// Returns what judge_step() does.
+  bool judge(const MethodStep& step, const VectorField& before, const VectorField& expected,
              const VectorField& found, ElasticFollower& follower) const {
     const auto fields = std::make_shared<ElasticFields>(fields_now());
     fields->write(step.made_on(), step.to, before);
     keep_evidence(step, fields, expected, found, follower);
     const Bounded of(hierarchy(), *fields);
-    judge_step(
+    return judge_step(
         follower.comparison, expected, found,
         {.level = step.made_on(), .iteration = static_cast<int>(steps_), .step = std::string(step.name())},
         [&](int x, int y, int z) {

@@ -405,7 +405,7 @@ void add_verify(CLI::App& program, Call& call) {
       "A site that differs is certified where a bound of rounding, derived from the operations at\n"
       "that site, explains the difference; never on a scene whose arithmetic is exact.\n"
       "Where bits differ, the rewrite of the arithmetic that makes them is named, with its line;\n"
-      "--dump DIR writes the step as a program of a hundred lines with its data, for who made the driver.\n"
+      "--dump DIR writes that step, with its data, as a small program for those who made the driver.\n"
       "Without scenes: all of them, the other methods, and three sizes that meet the backends' tiles.\n"
       "mpirun -n R hdmbench verify: every backend, or mixture as openmp+vulkan-compute, on 1 ... R ranks.\n"
       "Exit status 1 if a backend disagrees or a scene could not have shown it.",

@@ -60,7 +60,7 @@ void write_cases(const std::filesystem::path& file, std::string_view command, co
 
 } // namespace
 
-/// Device, driver, first difference, why, and the command line that repeats it.
+/// Device, driver, first difference, why, where --dump wrote the step, and the command line that repeats it.
 static std::string details_of_difference(const nlohmann::json& row) {
   std::string details =
       fmt::format("device: {}\ndriver: {}\n", text_of(row, "device"), text_of(row, "driver"));
@@ -69,6 +69,9 @@ static std::string details_of_difference(const nlohmann::json& row) {
   }
   if (const std::string why = text_of(row, "why"); !why.empty()) {
     details += fmt::format("why: {}\n", why);
+  }
+  if (const std::string dump = text_of(row, "dump"); !dump.empty()) {
+    details += fmt::format("the step as a program: {}\n", dump);
   }
   return details + "repeat: " + text_of(row, "repeat");
 }
