@@ -28,14 +28,6 @@ struct FieldDifference {
   return !same;
 }
 
-/// Returns column, row and slice of a site.
-[[nodiscard]] inline std::array<int, 3> coordinates(Extent extent, std::size_t site) {
-  const auto width = static_cast<std::size_t>(extent.width);
-  const auto height = static_cast<std::size_t>(extent.height);
-  return {static_cast<int>(site % width), static_cast<int>(site / width % height),
-          static_cast<int>(site / (width * height))};
-}
-
 /// The components of a site by axis, 0 where the field has none.
 [[nodiscard]] inline std::array<float, 3> site_of(const VectorField& field, std::size_t site) {
   const auto of = [&](std::size_t axis) { return field[axis].empty() ? 0.0F : field[axis][site]; };

@@ -28,7 +28,7 @@ bool keep_first(Comparison& comparison, FirstDifference first, std::size_t site,
                 const VectorField& found, const Certificate& certificate) {
   const bool is_first = !comparison.first || (!certificate.holds && comparison.uncertified == 0);
   if (is_first) {
-    std::tie(first.x, first.y, first.z) = std::tuple_cat(coordinates(expected.extent, site));
+    std::tie(first.x, first.y, first.z) = std::tuple_cat(expected.extent.coordinates(site));
     first.expected.resize(expected.extent.axes());
     first.found.resize(expected.extent.axes());
     for (std::size_t axis = 0; axis < expected.extent.axes(); ++axis) {
@@ -74,7 +74,7 @@ bool judge_step(Comparison& comparison, const VectorField& expected, const Vecto
     if (!differs(expected, found, site)) {
       continue;
     }
-    const Certificate certificate = std::apply(certify, coordinates(expected.extent, site));
+    const Certificate certificate = std::apply(certify, expected.extent.coordinates(site));
     has_first = keep_first(comparison, place, site, expected, found, certificate) || has_first;
     ++comparison.sites_differing;
     ++(certificate.holds ? comparison.certified_ties : comparison.uncertified);

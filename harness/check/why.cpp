@@ -150,7 +150,7 @@ void Evidence::add(const Step& step, const VectorField& expected, const VectorFi
   std::vector<Sample> of_step;
   for (const std::size_t site : kept) {
     of_step.push_back({.at_site = at_site,
-                       .at = coordinates(extent, site),
+                       .at = extent.coordinates(site),
                        .found = site_of(found, site),
                        .differs = differs(expected, found, site),
                        .cost = step.cost});

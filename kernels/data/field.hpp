@@ -40,13 +40,18 @@ struct Extent {
     sides.append(by).append(std::to_string(height));
     return depth > 1 ? sides.append(by).append(std::to_string(depth)) : sides;
   }
-  /// "x = 3, y = 4", of a volume "x = 3, y = 4, z = 5": the site of that index, for messages.
-  [[nodiscard]] std::string place(std::size_t site) const {
+  /// Returns x, y and z of the site of that index.
+  [[nodiscard]] std::array<int, 3> coordinates(std::size_t site) const {
     const auto across = static_cast<std::size_t>(width);
     const auto down = static_cast<std::size_t>(height);
-    const std::string in_slice =
-        "x = " + std::to_string(site % across) + ", y = " + std::to_string(site / across % down);
-    return depth > 1 ? in_slice + ", z = " + std::to_string(site / (across * down)) : in_slice;
+    return {static_cast<int>(site % across), static_cast<int>(site / across % down),
+            static_cast<int>(site / (across * down))};
+  }
+  /// "x = 3, y = 4", of a volume "x = 3, y = 4, z = 5": the site of that index, for messages.
+  [[nodiscard]] std::string place(std::size_t site) const {
+    const auto [x, y, z] = coordinates(site);
+    const std::string in_slice = "x = " + std::to_string(x) + ", y = " + std::to_string(y);
+    return depth > 1 ? in_slice + ", z = " + std::to_string(z) : in_slice;
   }
   auto operator<=>(const Extent&) const = default;
 };
