@@ -31,17 +31,6 @@ struct MadeCells {
   std::size_t cells = 0;
 };
 
-/// The rows around a row of sites, itself where the image ends: before and after it along y, then along z.
-struct RowsAround {
-  struct Component {
-    const float* row = nullptr;
-    std::array<const float*, 4> beside{};
-  };
-  std::array<Component, 3> displacement{};
-  std::array<float, 3> factor{}; ///< 1 / the way between those on both sides
-  const float* parameter = nullptr;
-};
-
 /// A law of large strains, its text (specification/laws) as law_cells.cpp compiles it. Scenes name laws by
 /// harness/scene/laws.hpp.
 struct Law {
@@ -50,9 +39,10 @@ struct Law {
                      std::size_t end);
   void (*make_cells_with_fibres)(const CellConstants&, const CellRows&, const MadeCells&, std::size_t begin,
                                  std::size_t end);
-  /// Sets how many times as stiff the sites of a row are under a displacement as without, 0.1 ... 10; z is 1
-  /// of a volume, 0 of an image.
-  void (*set_ratios)(const CellConstants&, const RowsAround&, float z, std::size_t width, float* to);
+  /// Sets how many times as stiff cells begin ... end - 1 of a row are under the strain in their middle as
+  /// without, 0.1 ... 10, and void 0; z is 1 of a volume, 0 of an image.
+  void (*set_ratios)(const CellConstants&, const CellRows&, float z, std::size_t begin, std::size_t end,
+                     float* to);
 };
 
 /// The shipped text: neo-Hookean, and stiffening by its parameter.

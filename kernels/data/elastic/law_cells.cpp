@@ -9,36 +9,46 @@ namespace {
 
 using LawsInFloat = Laws<float>;
 
+HDM_FUNCTION LawsInFloat::Volume::CellCorners displacement_of(const CellRows& rows, std::size_t axis,
+                                                              std::size_t i) {
+  const auto& of = rows.displacement[axis];
+  return {of[0][i], of[0][i + 1], of[1][i], of[1][i + 1], of[2][i], of[2][i + 1], of[3][i], of[3][i + 1]};
+}
+
+HDM_FUNCTION float value_at(const std::array<const float*, 4>& of, int corner, std::size_t i) {
+  return of[static_cast<std::size_t>(corner) >> 1][i + (static_cast<std::size_t>(corner) & 1)];
+}
+
+HDM_FUNCTION float softest_of(const CellRows& rows, std::size_t i) {
+  float softest = value_at(rows.modulus, 0, i);
+  for (int corner = 1; corner < 8; ++corner) {
+    const float modulus = value_at(rows.modulus, corner, i);
+    softest = modulus < softest ? modulus : softest;
+  }
+  return softest;
+}
+
 /// A function of its own, so that the loop over cells becomes one of vectors.
 template <bool has_fibres>
 HDM_FUNCTION void make_cell(const CellConstants& material, const CellRows& rows, const MadeCells& made,
                             std::size_t i) {
   const auto displacement = [&](int axis) HDM_INLINED {
-    const auto& of = rows.displacement[static_cast<std::size_t>(axis)];
-    return LawsInFloat::Volume::CellCorners{of[0][i], of[0][i + 1], of[1][i], of[1][i + 1],
-                                            of[2][i], of[2][i + 1], of[3][i], of[3][i + 1]};
+    return displacement_of(rows, static_cast<std::size_t>(axis), i);
   };
-  const auto value_at = [&](const std::array<const float*, 4>& of, int corner) HDM_INLINED {
-    return of[static_cast<std::size_t>(corner) >> 1][i + (static_cast<std::size_t>(corner) & 1)];
-  };
-  const auto modulus_at = [&](int corner) HDM_INLINED { return value_at(rows.modulus, corner); };
-  float softest = modulus_at(0);
-  for (int corner = 1; corner < 8; ++corner) {
-    const float modulus = modulus_at(corner);
-    softest = modulus < softest ? modulus : softest;
-  }
+  const auto modulus_at = [&](int corner) HDM_INLINED { return value_at(rows.modulus, corner, i); };
+  const float softest = softest_of(rows, i);
   const bool is_void = softest < material.least_modulus;
   const auto tissue = [&](int corner) HDM_INLINED {
     const float modulus = is_void ? softest : modulus_at(corner);
-    const float parameter = value_at(rows.parameter, corner);
+    const float parameter = value_at(rows.parameter, corner, i);
     return LawsInFloat::Tissue{modulus * material.mu, modulus * material.lame, is_void ? -1.0F : parameter};
   };
   const auto fibre = [&](int corner) HDM_INLINED {
     if constexpr (has_fibres) {
       const float half_modulus = is_void ? 0.0F : modulus_at(corner) * material.half_modulus;
-      return LawsInFloat::Fibre{value_at(rows.fibre[0], corner), value_at(rows.fibre[1], corner),
-                                value_at(rows.fibre[2], corner), half_modulus,
-                                value_at(rows.compression, corner)};
+      return LawsInFloat::Fibre{value_at(rows.fibre[0], corner, i), value_at(rows.fibre[1], corner, i),
+                                value_at(rows.fibre[2], corner, i), half_modulus,
+                                value_at(rows.compression, corner, i)};
     } else {
       return LawsInFloat::NoFibre{};
     }
@@ -60,35 +70,36 @@ HDM_WIDE_VECTORS void make_cells(const CellConstants& material, const CellRows& 
   }
 }
 
-/// Returns the ratio of site x, whose neighbours along the row are at `before` and `after`. A function of its
-/// own, so that the loop over sites becomes one of vectors.
-HDM_FUNCTION float ratio_at(const CellConstants& material, const RowsAround& around, float z, std::size_t x,
-                            std::size_t before, std::size_t after, float factor) {
-  const auto along_x = [&](std::size_t axis) HDM_INLINED {
-    const float* const row = around.displacement[axis].row;
-    return factor * (row[after] - row[before]);
-  };
-  const auto along = [&](std::size_t axis, std::size_t other) HDM_INLINED {
-    const auto& beside = around.displacement[axis].beside;
-    return around.factor[other] * (beside[2 * other - 1][x] - beside[2 * other - 2][x]);
-  };
-  const LawsInFloat::Gradient gradient{along_x(0),  along(0, 1), along(0, 2), along_x(1), along(1, 1),
-                                       along(1, 2), along_x(2),  along(2, 1), along(2, 2)};
-  const float ratio =
-      LawsInFloat::stiffness_under({material.mu, material.lame, around.parameter[x]}, gradient, z);
+/// A function of its own, so that the loop over cells becomes one of vectors.
+HDM_FUNCTION float ratio_at(const CellConstants& material, const CellRows& rows, float z, std::size_t i) {
+  LawsInFloat::Volume::Coefficients u[3]; // a slope is a quarter of one
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    u[axis] = LawsInFloat::Volume::coefficients_of(displacement_of(rows, axis, i));
+  }
+  const float x = 0.25F * material.one_over_sides[0];
+  const float y = 0.25F * material.one_over_sides[1];
+  const float deep = 0.25F * material.one_over_sides[2];
+  float parameter = value_at(rows.parameter, 0, i);
+  for (int corner = 1; corner < 8; ++corner) {
+    const float other = value_at(rows.parameter, corner, i);
+    parameter = other > parameter ? other : parameter;
+  }
+  const float ratio = LawsInFloat::stiffness_under({material.mu, material.lame, parameter},
+                                                   {x * u[0].c100, y * u[0].c010, deep * u[0].c001,
+                                                    x * u[1].c100, y * u[1].c010, deep * u[1].c001,
+                                                    x * u[2].c100, y * u[2].c010, deep * u[2].c001},
+                                                   z);
   const float not_less = ratio > 0.1F ? ratio : 0.1F; // whatever it is, also no number
-  return not_less < 10.0F ? not_less : 10.0F;
+  const float bounded = not_less < 10.0F ? not_less : 10.0F;
+  return softest_of(rows, i) < material.least_modulus ? 0.0F : bounded;
 }
 
-HDM_WIDE_VECTORS void set_ratios(const CellConstants& material, const RowsAround& around, float z,
-                                 std::size_t width, float* to) {
-  const float factor = around.factor[0];
+HDM_WIDE_VECTORS void set_ratios(const CellConstants& material, const CellRows& rows, float z,
+                                 std::size_t begin, std::size_t end, float* to) {
 #pragma omp simd
-  for (std::size_t x = 1; x < width - 1; ++x) {
-    to[x] = ratio_at(material, around, z, x, x - 1, x + 1, factor);
+  for (std::size_t i = begin; i < end; ++i) {
+    to[i] = ratio_at(material, rows, z, i);
   }
-  to[0] = ratio_at(material, around, z, 0, 0, 1, 2.0F * factor);
-  to[width - 1] = ratio_at(material, around, z, width - 1, width - 2, width - 1, 2.0F * factor);
 }
 
 } // namespace

@@ -43,38 +43,20 @@ private:
       return;
     }
     const bool is_volume = level_.extent.axes() == 3;
-    CellRows rows;
-    std::array<std::size_t, 4> at{};
-    for (std::size_t row = 0; row < 4; ++row) {
-      at[row] = level_.extent.index(0, y + static_cast<int>(row & 1),
-                                    is_volume ? z + static_cast<int>(row >> 1) : 0);
-      for (std::size_t axis = 0; axis < 3; ++axis) {
-        rows.displacement[axis][row] =
-            axis < level_.extent.axes() ? displacement_[axis].data() + at[row] : none_.data();
-      }
-      rows.modulus[row] = level_.modulus.values.data() + at[row];
-      rows.parameter[row] = has_laws(level_) ? level_.law_parameter.values.data() + at[row] : linear_.data();
-      if (has_fibres(level_)) {
-        for (std::size_t axis = 0; axis < 3; ++axis) {
-          rows.fibre[axis][row] =
-              axis < level_.extent.axes() ? level_.fibre[axis].data() + at[row] : none_.data();
-        }
-        rows.compression[row] = level_.fibre_compression.values.data() + at[row];
-      }
-    }
+    const CellRows rows = laws_.rows_at(y, z, displacement_, none_.data(), linear_.data());
     const auto make = has_fibres(level_) ? laws_.law_.make_cells_with_fibres : laws_.law_.make_cells;
     make(laws_.constants_, rows, {forces_.data(), volumes_.data(), cells_},
          static_cast<std::size_t>(cells.begin), static_cast<std::size_t>(cells.end));
     for (std::size_t row = 0; row < 4; ++row) {
       const int of_last_axis = is_volume ? z + static_cast<int>(row >> 1) : y + static_cast<int>(row & 1);
       if (of_last_axis >= begin && of_last_axis < end) {
-        add_to_sites(cells, row, at[row]);
+        add_to_sites(cells, row, laws_.corner_row(y, z, row));
       }
     }
     for (int i = cells.begin; i < cells.end; ++i) {
       const auto share = static_cast<double>(volumes_[static_cast<std::size_t>(i)]);
       if (!(share >= least_.share)) {
-        least_ = {.share = share, .site = at[0] + static_cast<std::size_t>(i)};
+        least_ = {.share = share, .site = laws_.corner_row(y, z, 0) + static_cast<std::size_t>(i)};
       }
     }
   }
@@ -186,34 +168,69 @@ LeastVolume LawForces::operator()(const VectorField& displacement, VectorField& 
   return *std::ranges::min_element(least, {}, &LeastVolume::share);
 }
 
+std::size_t LawForces::corner_row(int y, int z, std::size_t row) const {
+  const bool is_volume = level_.extent.axes() == 3;
+  return level_.extent.index(0, y + static_cast<int>(row & 1),
+                             is_volume ? z + static_cast<int>(row >> 1) : 0);
+}
+
+CellRows LawForces::rows_at(int y, int z, const VectorField& displacement, const float* none,
+                            const float* linear) const {
+  CellRows rows;
+  for (std::size_t row = 0; row < 4; ++row) {
+    const std::size_t at = corner_row(y, z, row);
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      rows.displacement[axis][row] = axis < level_.extent.axes() ? displacement[axis].data() + at : none;
+    }
+    rows.modulus[row] = level_.modulus.values.data() + at;
+    rows.parameter[row] = has_laws(level_) ? level_.law_parameter.values.data() + at : linear;
+    if (has_fibres(level_)) {
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        rows.fibre[axis][row] = axis < level_.extent.axes() ? level_.fibre[axis].data() + at : none;
+      }
+      rows.compression[row] = level_.fibre_compression.values.data() + at;
+    }
+  }
+  return rows;
+}
+
 ScalarField LawForces::stiffness_ratio(const VectorField& displacement) const {
   const Extent extent = level_.extent;
-  const bool is_volume = extent.axes() == 3;
+  const auto width = static_cast<std::size_t>(extent.width);
+  const std::vector<float> none(width, 0.0F);
+  const std::vector<float> linear(width, -1.0F);
+  const float z = extent.axes() == 3 ? 1.0F : 0.0F;
+  ScalarField of_cells(extent, 0.0F); // where none is, as in void
+#pragma omp parallel for if (extent.sites() > sites_worth_threads)
+  for (int row = 0; row < extent.rows(); ++row) {
+    const Cells cells = rows_[static_cast<std::size_t>(row)];
+    if (cells.begin < cells.end) {
+      law_.set_ratios(
+          constants_,
+          rows_at(row % extent.height, row / extent.height, displacement, none.data(), linear.data()), z,
+          static_cast<std::size_t>(cells.begin), static_cast<std::size_t>(cells.end),
+          of_cells.values.data() + extent.index(0, row));
+    }
+  }
   ScalarField ratio(extent);
-  const std::vector<float> none(static_cast<std::size_t>(extent.width), 0.0F);
-  const std::vector<float> linear(static_cast<std::size_t>(extent.width), -1.0F);
-  const std::array<float, 3> one_over_sides = constants_.one_over_sides;
 #pragma omp parallel for if (extent.sites() > sites_worth_threads)
   for (int row = 0; row < extent.rows(); ++row) {
     const int y = row % extent.height;
-    const int z = row / extent.height;
-    const std::array<int, 4> beside{std::max(y - 1, 0), std::min(y + 1, extent.height - 1),
-                                    std::max(z - 1, 0), std::min(z + 1, extent.depth - 1)};
-    RowsAround around;
-    around.factor = {0.5F * one_over_sides[0], one_over_sides[1] / static_cast<float>(beside[1] - beside[0]),
-                     is_volume ? one_over_sides[2] / static_cast<float>(beside[3] - beside[2]) : 0.0F};
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      const auto row_at = [&](int v, int w) {
-        return axis < extent.axes() ? displacement[axis].data() + extent.index(0, v, w) : none.data();
-      };
-      around.displacement[axis] = {
-          row_at(y, z),
-          {row_at(beside[0], z), row_at(beside[1], z), row_at(y, beside[2]), row_at(y, beside[3])}};
+    const int first_y = std::max(y - 1, 0);
+    const int first_z = std::max(row / extent.height - 1, 0);
+    for (int x = 0; x < extent.width; ++x) {
+      float stiffest = 0.0F;
+      for (int k = first_z; k <= row / extent.height; ++k) {
+        for (int j = first_y; j <= y; ++j) {
+          for (int i = std::max(x - 1, 0); i <= x; ++i) {
+            stiffest = std::max(stiffest, of_cells.values[extent.index(i, j, k)]);
+          }
+        }
+      }
+      const std::size_t site = extent.index(x, row);
+      const bool is_linear = !has_laws(level_) || level_.law_parameter.values[site] < 0.0F;
+      ratio.values[site] = is_linear || stiffest == 0.0F ? 1.0F : stiffest;
     }
-    around.parameter =
-        has_laws(level_) ? level_.law_parameter.values.data() + extent.index(0, row) : linear.data();
-    law_.set_ratios(constants_, around, is_volume ? 1.0F : 0.0F, static_cast<std::size_t>(extent.width),
-                    ratio.values.data() + extent.index(0, row));
   }
   return ratio;
 }

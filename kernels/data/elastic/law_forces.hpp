@@ -35,8 +35,10 @@ public:
   /// kept least, of those whose corners are not all prescribed; linear tissue counts as if it kept all.
   LeastVolume operator()(const VectorField& displacement, VectorField& force) const;
 
-  /// Returns how many times as stiff the tissue of every site is under a displacement as without, 0.1 ... 10:
-  /// what a preconditioner that follows the strain multiplies moduli by. Turned over tissue would have any.
+  /// Returns how many times as stiff the tissue of every site is under a displacement as without, 0.1 ... 10,
+  /// in the stiffest of the cells around it: what a preconditioner that follows the strain multiplies moduli
+  /// by. Too stiff, it goes too slowly there; too soft, every step of all would be as short as one cell
+  /// needs. Turned over tissue would have any.
   [[nodiscard]] ScalarField stiffness_ratio(const VectorField& displacement) const;
 
 private:
@@ -47,6 +49,12 @@ private:
     int begin = 0;
     int end = 0;
   };
+
+  /// Where a row of sites begins that a row (y, z) of cells lies between.
+  [[nodiscard]] std::size_t corner_row(int y, int z, std::size_t row) const;
+  /// `none` and `linear`: rows of 0, and of what says that tissue is linear.
+  [[nodiscard]] CellRows rows_at(int y, int z, const VectorField& displacement, const float* none,
+                                 const float* linear) const;
 
   const Level& level_;
   const Law& law_;
