@@ -276,6 +276,10 @@ void print_result(const Call& call, const Solved& solved, json& row) {
                  : fmt::format("mean energy {:.6g}", row["mean_energy"].get<double>()),
              row["largest_displacement"].get<double>(), solved.unit(), row["iterations"].get<std::int64_t>(),
              duration_text(solution.timings.total()));
+  if (solution.part) {
+    fmt::print("  conditions hold all but {} {}, and these alone were solved\n", solution.part->text(),
+               solved.is_volume() ? "voxels" : "pixels");
+  }
   if (solution.estimated_error && !solved.plan) {
     fmt::print("  estimated distance from finite elements {:.2g} {}\n", *solution.estimated_error,
                solved.unit());

@@ -55,6 +55,8 @@ struct Solution {
   /// Is there with such laws: the least share of its volume, or of its area, that a cell has kept at a Gauss
   /// point. Cells that are prescribed altogether do not count.
   std::optional<double> least_volume{};
+  std::optional<Extent>
+      part{}; ///< of the scene, where not all of it was solved, but what conditions let move
 };
 
 /// The method's name in results; that of the update where it alone differs from icm: "sequential".
