@@ -4,6 +4,7 @@
 #include "harness/solve/level_parts.hpp"
 #include "harness/solve/methods/laws.hpp"
 #include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/input_error.hpp"
 #include "reference/large_strains.hpp"
 #include "test/scenes.hpp"
 #include "test/sessions.hpp"
@@ -93,6 +94,23 @@ TEST(LawParts, ACellThatIsTurnedOverIsSaidWhereItIs) {
   const Solution found = solved(level, 0.01);
   ASSERT_TRUE(found.part);
   EXPECT_THAT(found.beyond_law, HasSubstr("the cell at x = 2")); // beside what was moved, at 30
+}
+
+TEST(LawParts, APartThatNothingHoldsIsSaidWhereItIs) {
+  Level level = body_in_surroundings({61, 58}, 1.0F, 1.5);
+  for_each_site(level.extent, [&](int x, int y) {
+    const int far = std::max(std::abs(x - 22), std::abs(y - 30));
+    const bool is_around = far == 3 || far == 4;
+    float& modulus = level.modulus.values[level.extent.index(x, y)];
+    modulus = is_around ? 0.5F * void_share : modulus;
+  });
+  set_inverse_modulus(level);
+  try {
+    (void)solved(level, 0.01);
+    FAIL() << "a part that nothing holds was solved";
+  } catch (const InputError& error) {
+    EXPECT_THAT(error.what(), HasSubstr("x = 20"));
+  }
 }
 
 /// Where the coarser image leaves cells turned over, the parts around them are solved before the image.

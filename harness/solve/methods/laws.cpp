@@ -16,7 +16,6 @@
 #include <cmath>
 #include <functional>
 #include <limits>
-#include <numeric>
 #include <optional>
 #include <utility>
 #include <vector>
@@ -227,7 +226,13 @@ Solution solve_by_laws(const Level& level, const ElasticModel& model, ElasticSes
                        double accuracy, const std::function<void(const LawStep&)>& say) {
   const std::optional<LevelPart> part = moving_part(level);
   Nested nested(model, session, say);
-  VectorField displacement = nested.solve(part ? part->level : level, 1.0, accuracy, most_steps);
+  VectorField displacement;
+  try {
+    displacement = nested.solve(part ? part->level : level, 1.0, accuracy, most_steps);
+  } catch (const InputError&) {
+    require_held(level); // says where in the whole level, which a part does not know
+    throw;
+  }
   Solution& solution = nested.solution;
   solution.least_volume = nested.least().share;
   solution.beyond_law = beyond_law(level, part ? part->sites : all_of(level.extent), nested.least());
