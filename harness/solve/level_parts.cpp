@@ -2,7 +2,6 @@
 
 #include "backends/pieces/cut.hpp"
 #include "kernels/data/elastic/conditions.hpp"
-#include "kernels/data/modulus.hpp"
 
 #include <algorithm>
 #include <array>
@@ -83,23 +82,14 @@ Box moving_sites(const Level& level) {
 /// Void is a share of the stiffest modulus, which may have been cut off.
 void keep_void(const Level& level, Level& part) {
   const float was_void = void_modulus(level);
-  std::vector<float>& moduli = part.modulus.values;
-  float stiffest = 0.0F;
-  bool has_void = false;
-  for (const float modulus : moduli) {
-    stiffest = std::max(stiffest, modulus);
-    has_void = has_void || modulus < was_void;
+  if (void_modulus(part) < void_share * was_void) {
+    return; // all of it is void
   }
-  const float filling = 0.5F * void_share * stiffest;
-  if (!has_void || !(stiffest >= was_void)) {
-    return;
+  const float filling = 0.5F * void_modulus(part);
+  for (float& modulus : part.modulus.values) {
+    modulus = modulus < was_void ? filling : modulus;
   }
-  for (std::size_t site = 0; site < moduli.size(); ++site) {
-    if (moduli[site] < was_void) {
-      moduli[site] = filling;
-      part.inverse_modulus.values[site] = 1.0F / filling;
-    }
-  }
+  set_inverse_modulus(part);
 }
 
 } // namespace
