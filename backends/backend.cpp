@@ -22,6 +22,21 @@ const EnergyPrograms& programs_of(const Energy& energy) {
   return energy.programs != nullptr ? *energy.programs : energies::Hdm::programs;
 }
 
+std::string with_own_texts(std::string_view shader, const Energy& energy, const Law* law) {
+  std::string text(shader);
+  const auto put = [&text](std::string_view include, std::string_view own) {
+    const auto at = text.find(include);
+    if (at != std::string::npos) {
+      text.replace(at, include.size(), own);
+    }
+  };
+  put("#include \"energy.inc\"", programs_of(energy).text);
+  if (law != nullptr) {
+    put("#include \"law.inc\"", law->text);
+  }
+  return text;
+}
+
 bool counts_as_software(bool runs_on_cpu) {
   return runs_on_cpu && std::getenv("HDMBENCH_SOFTWARE_AS_HARDWARE") == nullptr;
 }

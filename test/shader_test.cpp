@@ -5,6 +5,7 @@
 #include "backends/gl/fragment.hpp"
 #include "backends/gl/fragment_programs.hpp"
 #include "backends/shared/tiles.hpp"
+#include "kernels/shaders/law_steps.h"
 #include "test/files.hpp"
 
 #include <shaders/coarse_levels_vulkan.hpp>
@@ -113,6 +114,14 @@ TEST(Shaders, AreStrictGlsl) {
       }
     }
   }
+  for (const int step : {LAW_CELLS, LAW_SITES, LAW_LEAST}) {
+    for (const std::size_t axes : {2, 3}) {
+      kinds.push_back({.kernel = Kernel::laws,
+                       .constants = {{"STEP", step}, {"FIBRES", 1}, {"LANES", 16}, {"COLUMNS", 1}},
+                       .law = &laws::neo_hookean::law,
+                       .axes = axes});
+    }
+  }
   for (const ProgramKind& kind : kinds) {
     texts.emplace_back("kernel.comp", gl::compute_text(kind));
   }
@@ -154,7 +163,8 @@ TEST(Shaders, VulkanMayNotContractAnyFloatOperation) {
         std::span<const std::uint32_t>(elastic_image_vulkan),
         std::span<const std::uint32_t>(elastic_volume_vulkan),
         std::span<const std::uint32_t>(elastic_image_together_vulkan),
-        std::span<const std::uint32_t>(elastic_volume_together_vulkan)}) {
+        std::span<const std::uint32_t>(elastic_volume_together_vulkan),
+        laws::neo_hookean::law.vulkan_of_images, laws::neo_hookean::law.vulkan_of_volumes}) {
     const Arithmetic found = count_arithmetic(shader);
     EXPECT_GT(found.operations, 8);
     EXPECT_EQ(found.contractible, 0);

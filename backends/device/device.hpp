@@ -3,6 +3,7 @@
 #include "backends/backend.hpp"
 #include "backends/shared/interface.hpp"
 #include "backends/shared/timed.hpp"
+#include "kernels/data/elastic/law.hpp"
 #include "kernels/data/energy.hpp"
 #include "kernels/data/level.hpp"
 
@@ -84,7 +85,7 @@ private:
 
 /// The texts of kernels/shaders, by what they do. A folder of an API knows which text of its language that
 /// is.
-enum class Kernel { sweep, levels, coarse_levels, elastic, loops };
+enum class Kernel { sweep, levels, coarse_levels, elastic, laws, loops };
 
 /// What a program is compiled for.
 struct ProgramKind {
@@ -99,7 +100,8 @@ struct ProgramKind {
   Kernel kernel = Kernel::sweep;
   std::vector<Constant> constants{};
   const Energy* energy = &thesis_energy;
-  std::size_t axes = 2; ///< HDM_AXES of the texts: 3 for volumes
+  const Law* law = nullptr; ///< of Kernel::laws
+  std::size_t axes = 2;     ///< HDM_AXES of the texts: 3 for volumes
   /// The candidates as constants, where the text is compiled at run time: for programs that are told none.
   std::optional<std::array<float, 16>> steps{};
 

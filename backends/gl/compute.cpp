@@ -6,6 +6,7 @@
 #include <fmt/format.h>
 #include <shaders/coarse_levels_compute.hpp>
 #include <shaders/elastic_compute.hpp>
+#include <shaders/laws_compute.hpp>
 #include <shaders/levels_compute.hpp>
 #include <shaders/loops_compute.hpp>
 #include <shaders/sweep_compute.hpp>
@@ -30,8 +31,8 @@ GLenum format_of(Kind kind) {
 }
 
 /// In the order of Kernel.
-constexpr std::array texts{sources::sweep_compute, sources::levels_compute, sources::coarse_levels_compute,
-                           sources::elastic_compute, sources::loops_compute};
+constexpr std::array texts{sources::sweep_compute,   sources::levels_compute, sources::coarse_levels_compute,
+                           sources::elastic_compute, sources::laws_compute,   sources::loops_compute};
 
 /// What a context has bound, by backends/device/device.hpp.
 using Bound = std::array<const Array*, binding::count>;
@@ -228,7 +229,7 @@ std::string compute_text(const ProgramKind& kind) {
   if (kind.steps) {
     definitions += steps_definition(*kind.steps);
   }
-  return assemble(texts.at(static_cast<std::size_t>(kind.kernel)), definitions, *kind.energy);
+  return assemble(texts.at(static_cast<std::size_t>(kind.kernel)), definitions, *kind.energy, kind.law);
 }
 
 std::unique_ptr<Backend> make_compute(std::unique_ptr<Platform> platform) {

@@ -112,6 +112,7 @@ struct LevelTextures {
 class ElasticFragment {
 public:
   static constexpr int block = 2;
+  static constexpr bool has_laws = false; // a cell is more than its card has room for
 
   explicit ElasticFragment(const Context& context) : gl_(context.api()), quad_(gl_) {}
 

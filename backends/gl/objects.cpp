@@ -101,13 +101,9 @@ GLint Program::uniform(const char* name) const {
   return api_->GetUniformLocation(program_.name(), name);
 }
 
-std::string assemble(std::string_view shader, std::string_view definitions, const Energy& energy) {
-  std::string text(shader);
-  constexpr std::string_view include = "#include \"energy.inc\"";
-  const auto at = text.find(include);
-  if (at != std::string::npos) {
-    text.replace(at, include.size(), programs_of(energy).text);
-  }
+std::string assemble(std::string_view shader, std::string_view definitions, const Energy& energy,
+                     const Law* law) {
+  std::string text = with_own_texts(shader, energy, law);
   text.insert(text.find('\n') + 1, fmt::format("#define HDM_INPUTS {}\n{}", energy.inputs, definitions));
   return text;
 }

@@ -115,10 +115,9 @@ private:
   Object<&Api::CreateProgram, &Api::DeleteProgram> program_;
 };
 
-/// A shader of kernels/ as the driver wants it: with the energy's text, and `definitions` after the #version
-/// line.
+/// A shader of kernels/ as the driver wants it: with_own_texts(), and `definitions` after the #version line.
 [[nodiscard]] std::string assemble(std::string_view shader, std::string_view definitions,
-                                   const Energy& energy = thesis_energy);
+                                   const Energy& energy = thesis_energy, const Law* law = nullptr);
 /// With definitions(constants).
 [[nodiscard]] std::string assemble(std::string_view shader, const ShaderConstants& constants);
 

@@ -2,9 +2,11 @@
 
 #include "backends/shared/energy_programs.hpp"
 #include "kernels/shaders/elastic_steps.h"
+#include "kernels/shaders/law_steps.h"
 
 #include <fmt/format.h>
 #include <shaders/elastic_opencl.hpp>
+#include <shaders/laws_opencl.hpp>
 #include <shaders/levels_opencl.hpp>
 #include <shaders/loops_opencl.hpp>
 #include <shaders/sweep_opencl.hpp>
@@ -32,6 +34,12 @@ Source source_of(Kernel kernel) {
          ELASTIC_MATRICES, ELASTIC_INVERSE, ELASTIC_TOUCHED},
         sources::elastic_opencl,
         sizeof(Dispatch::words)}},
+      {Kernel::laws,
+       {"law_step",
+        {LAW_STORED, LAW_SITE_BITS, LAW_SHARES, LAW_LEAST_OF_ITEMS, LAW_DISPLACEMENT, LAW_TISSUE, LAW_FORCES,
+         LAW_FIBRES},
+        sources::laws_opencl,
+        sizeof(Dispatch::words)}},
       {Kernel::loops, {"loop", {source, target}, sources::loops_opencl}}};
   return all.at(kernel);
 }
@@ -48,12 +56,7 @@ ProgramText program_text(const ProgramKind& kind, std::string_view language, std
     }
   }
   text += language;
-  text += of_kernel;
-  constexpr std::string_view include = "#include \"energy.inc\"";
-  const auto at = text.find(include);
-  if (at != std::string::npos) {
-    text.replace(at, include.size(), programs_of(*kind.energy).text);
-  }
+  text += with_own_texts(of_kernel, *kind.energy, kind.law);
   return made;
 }
 

@@ -13,10 +13,12 @@ namespace hdmbench {
 
 /// A session of the elastic energy over `Steps`, which is made of an Owner (OnDevice) and has arrays and
 /// kernels: load(hierarchy, layout), write(), read() and read_sum() of an ElasticArray,
-/// device_seconds(), and run(), which need not wait until the work is done. Steps::block: sites a side of the
-/// blocks that one kernel sums up; coarse_size(): how long the arrays of levels may be that an
-/// ElasticTogether has, 0 where there is none. Every step writes an array that is to spare, which then takes
-/// the field's place.
+/// device_seconds(), and run(), which need not wait until the work is done. Steps::has_laws: it has
+/// load(tissues), false where they are too large, law_forces(), from the array of a field to another's, and
+/// is_software().
+/// Steps::block: sites a side of the blocks that one kernel sums up; coarse_size(): how long the arrays of
+/// levels may be that an ElasticTogether has, 0 where there is none. Every step writes an array that is to
+/// spare, which then takes the field's place.
 template <typename Owner, typename Steps>
 class ElasticLevelSession final : public ElasticSession {
 public:
@@ -96,6 +98,35 @@ public:
       replace(step, {.step = ElasticStep::advance}, from, array(level, step.direction));
       break;
     }
+  }
+
+  bool has_own_laws() const override {
+    if constexpr (Steps::has_laws) {
+      return on_device([](const Steps& steps) { return !steps.is_software(); });
+    }
+    return false;
+  }
+
+  LeastVolume law_forces(const LawForces& tissues, const VectorField& displacement,
+                         VectorField& force) override {
+    if constexpr (Steps::has_laws) {
+      const std::optional<LeastVolume> least = on_device([&](Steps& steps) -> std::optional<LeastVolume> {
+        run_all(steps);
+        if (!steps.load(tissues)) {
+          return {};
+        }
+        steps.write(array(0, ElasticField::image), displacement);
+        const LeastVolume found = steps.law_forces(array(0, ElasticField::image), spare(0));
+        std::swap(slots_.front()[static_cast<std::size_t>(ElasticField::image)], slots_.front()[spare_slot]);
+        resize(force, displacement.extent);
+        steps.read(array(0, ElasticField::image), force);
+        return found;
+      });
+      if (least) {
+        return *least;
+      }
+    }
+    return ElasticSession::law_forces(tissues, displacement, force);
   }
 
   float dot(ElasticField first, ElasticField second) const override {

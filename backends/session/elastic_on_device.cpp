@@ -1,5 +1,6 @@
 #include "backends/session/device_backend.hpp"
 #include "backends/session/elastic_level_session.hpp"
+#include "backends/session/laws_on_device.hpp"
 #include "backends/session/level_arrays.hpp"
 #include "backends/session/part_rows.hpp"
 
@@ -96,6 +97,7 @@ public:
   explicit ElasticArrays(ComputeDevice& device) : device_(device), programs_(device) {}
 
   static constexpr int block = ELASTIC_BLOCK;
+  static constexpr bool has_laws = true;
 
   [[nodiscard]] std::int64_t coarse_size() const {
     return device_.limits().group < shape(true).lanes ? 0
@@ -150,6 +152,13 @@ public:
     }
   }
 
+  [[nodiscard]] bool is_software() const { return device_.description().is_software; }
+  bool load(const LawForces& tissues) { return laws_.load(tissues); }
+  LeastVolume law_forces(ElasticArray from, ElasticArray to) {
+    const ElasticLayout::Part& part = part_of(from);
+    return laws_.forces(slot(from), slot(to), part, layout_.size);
+  }
+
   std::optional<double> device_seconds() { return device_.device_seconds(); }
 
   float read_sum(ElasticArray from) {
@@ -185,7 +194,6 @@ public:
 
 private:
   [[nodiscard]] bool has_planes() const { return device_.limits().has_planes; }
-  [[nodiscard]] bool is_software() const { return device_.description().is_software; }
   [[nodiscard]] const ElasticLayout::Part& part_of(ElasticArray array) const {
     return layout_.levels.at(static_cast<std::size_t>(array.level));
   }
@@ -382,6 +390,7 @@ private:
 
   ComputeDevice& device_;
   Programs programs_;
+  LawsOnDevice laws_{device_};
   ElasticLayout layout_;
   std::size_t axes_ = 2;
   bool has_boxes_ = false;

@@ -2,6 +2,7 @@
 
 #include "backends/shared/timed.hpp"
 #include "kernels/data/elastic/hierarchy.hpp"
+#include "kernels/data/elastic/law_forces.hpp"
 #include "kernels/data/field.hpp"
 
 #include <string_view>
@@ -127,6 +128,15 @@ public:
   /// The level of the tree of dot() whose squares have 2^height sites a side: for who has a part of an image
   /// here. As long as a session has no better way, whole fields are read.
   [[nodiscard]] virtual ScalarField dot_squares(ElasticField first, ElasticField second, int height) const;
+
+  /// Returns whether law_forces() is worth its copies: a processor that is not the host's computes.
+  [[nodiscard]] virtual bool has_own_laws() const { return false; }
+  /// Sets `force` to what tissues of the image do under a displacement, and returns the cell that has kept
+  /// least of its volume: `tissues` to the bit, on every backend. ElasticField::image is lost.
+  virtual LeastVolume law_forces(const LawForces& tissues, const VectorField& displacement,
+                                 VectorField& force) {
+    return tissues(displacement, force);
+  }
 
 protected:
   /// The one that was loaded last, as do_load() left it.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "kernels/data/elastic/law.hpp"
 #include "kernels/data/energy.hpp"
 #include "kernels/data/level.hpp"
 
@@ -7,6 +8,7 @@
 #include <compare>
 #include <cstdint>
 #include <span>
+#include <string>
 #include <string_view>
 
 namespace hdmbench {
@@ -32,6 +34,10 @@ struct EnergyPrograms {
 };
 
 [[nodiscard]] const EnergyPrograms& programs_of(const Energy& energy);
+
+/// Returns a shader of kernels/ in which the texts of the energy and of the law, if there is one, stand where
+/// it includes them.
+[[nodiscard]] std::string with_own_texts(std::string_view shader, const Energy& energy, const Law* law);
 
 /// What a sweep's shader is compiled for: constants there, so that the driver drops all other branches.
 struct ShaderConstants {

@@ -36,10 +36,14 @@ std::span<const std::uint32_t> text_of(const ProgramKind& kind) {
     return is_volume ? (together ? Text(elastic_volume_together_vulkan) : elastic_volume_vulkan)
                      : (together ? Text(elastic_image_together_vulkan) : elastic_image_vulkan);
   }
-  const std::array<Text, 5> in_order_of_kernel{is_volume ? programs.vulkan_sweep_of_volumes
+  if (kind.kernel == Kernel::laws) {
+    return is_volume ? kind.law->vulkan_of_volumes : kind.law->vulkan_of_images;
+  }
+  const std::array<Text, 6> in_order_of_kernel{is_volume ? programs.vulkan_sweep_of_volumes
                                                          : programs.vulkan_sweep,
                                                is_volume ? levels_volume_vulkan : Text(levels_vulkan),
                                                programs.vulkan_coarse_levels,
+                                               {},
                                                {},
                                                loops_vulkan};
   return in_order_of_kernel.at(static_cast<std::size_t>(kind.kernel));

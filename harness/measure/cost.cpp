@@ -101,6 +101,11 @@ public:
   void read(int level, ElasticField field, VectorField& values) const override {
     session_->read(level, field, values);
   }
+  bool has_own_laws() const override { return session_->has_own_laws(); }
+  LeastVolume law_forces(const LawForces& tissues, const VectorField& displacement,
+                         VectorField& force) override {
+    return session_->law_forces(tissues, displacement, force);
+  }
   [[nodiscard]] float dot(ElasticField first, ElasticField second) const override {
     add(dot_cost(axes_), 0);
     return session_->dot(first, second);

@@ -6,6 +6,7 @@ typedef unsigned int uint;
 #define constant constexpr
 #define restrict __restrict__
 #define as_float __int_as_float
+#define as_int __float_as_int
 #define get_local_id(axis) ((int)threadIdx.x)
 #define get_local_size(axis) ((int)blockDim.x)
 #define get_group_id(axis) ((int)blockIdx.x)

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstdint>
+
 /// What the texts *.inc need in C++. `precise` is -ffp-contract=off there; that the functions are inlined is
 /// what lets the loop over sites become SIMD.
 #define HDM_FUNCTION [[maybe_unused, gnu::always_inline]] static inline
@@ -46,6 +48,15 @@ HDM_FUNCTION double absolute(double value) {
 template <typename Scalar>
 HDM_FUNCTION Scalar absolute(Scalar value) {
   return abs(value);
+}
+
+/// The float whose bits are `number` less those of x (laws/reciprocal.inc); a wider scalar has 1 / x.
+HDM_FUNCTION float bits_less(std::int32_t number, float value) {
+  return __builtin_bit_cast(float, number - __builtin_bit_cast(std::int32_t, value));
+}
+template <typename Scalar>
+HDM_FUNCTION Scalar bits_less(std::int32_t /*number*/, Scalar value) {
+  return Scalar(1) / value;
 }
 
 /// update.inc asks for numbers 0 <= value < 2^24 only: truncation, for which every processor has an

@@ -40,6 +40,7 @@ extern "C" { extern Index standin_thread, standin_block, standin_block_size, sta
 struct float4 { float x, y, z, w; };
 static inline float4 make_float4(float x, float y, float z, float w) { return {x, y, z, w}; }
 static inline float __int_as_float(int v) { return __builtin_bit_cast(float, v); }
+static inline int __float_as_int(float v) { return __builtin_bit_cast(int, v); }
 static inline unsigned atomicAdd(unsigned* p, unsigned v) { unsigned old = *p; *p += v; return old; }
 static inline int min(int a, int b) { return a < b ? a : b; }
 static inline int max(int a, int b) { return a > b ? a : b; }
@@ -106,7 +107,7 @@ int nvrtcCompileProgram(void* program, int count, const char* const* options) {
   }
   const std::string path = folder;
   std::string text = host + made.text;
-  const std::regex name(R"(kernel[^;{}]*?void\s+(\w+)\()");
+  const std::regex name(R"(\bkernel\b[^;{}]*?void\s+(\w+)\()");
   std::string calls;
   for (std::sregex_iterator i(made.text.begin(), made.text.end(), name), end; i != end; ++i) {
     calls += "\nextern \"C\" void standin_call_" + (*i)[1].str() + "(void** p) { standin_call(&" +

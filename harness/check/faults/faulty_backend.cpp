@@ -116,6 +116,15 @@ public:
     sound_->read(level, field, values);
     is_waited_for_ = true;
   }
+  [[nodiscard]] bool has_own_laws() const override { return sound_->has_own_laws(); }
+  LeastVolume law_forces(const LawForces& tissues, const VectorField& displacement,
+                         VectorField& force) override {
+    const LeastVolume least = sound_->law_forces(tissues, displacement, force);
+    if (fault_.in_law_forces) {
+      fault_.in_law_forces(force);
+    }
+    return least;
+  }
   [[nodiscard]] float dot(ElasticField first, ElasticField second) const override {
     if (!fault_.in_dot) {
       return sound_->dot(first, second);

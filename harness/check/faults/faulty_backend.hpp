@@ -43,6 +43,7 @@ struct Fault {
   std::function<bool(const MethodStep&, bool is_waited_for)> in_elastic_step{};
   /// Sums first * second over the image in place of the sound session.
   std::function<float(const VectorField& first, const VectorField& second)> in_dot{};
+  std::function<void(VectorField&)> in_law_forces{}; ///< spoils what ElasticSession::law_forces() makes
 };
 
 /// `sound` with the fault between it and the caller.

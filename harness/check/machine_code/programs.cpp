@@ -91,6 +91,20 @@ void record_cells(const Scene& scene, GpuTexts texts, Kinds& kinds) {
   (void)solver.displacement();
 }
 
+/// The shipped law, in tissue without fibres and with some.
+void record_laws(const Scene& scene, GpuTexts texts, Kinds& kinds) {
+  const auto session = make_elastic_session("", std::make_unique<Recorder>(texts, kinds));
+  Level level = scene.full;
+  session->load(make_elastic_hierarchy(level, scene.elastic, Springs::none));
+  level.law_parameter = ScalarField(level.extent);
+  const VectorField displacement(level.extent);
+  VectorField force;
+  (void)session->law_forces(LawForces(level, scene.elastic), displacement, force);
+  level.fibre = VectorField(level.extent);
+  level.fibre_compression = ScalarField(level.extent);
+  (void)session->law_forces(LawForces(level, scene.elastic), displacement, force);
+}
+
 /// 0 where the kind has no such constant.
 int constant(const ProgramKind& kind, std::string_view name) {
   const auto found = std::ranges::find(kind.constants, name, &ProgramKind::Constant::name);
@@ -122,8 +136,15 @@ std::string elastic_name(const ProgramKind& kind) {
   return constant(kind, "HALVED") == 7 ? name : name + " of short sides";
 }
 
+std::string law_name(const ProgramKind& kind) {
+  constexpr std::array<std::string_view, 3> steps{"cells", "sites", "least"};
+  return fmt::format("{}{}", steps.at(static_cast<std::size_t>(constant(kind, "STEP"))),
+                     constant(kind, "FIBRES") != 0 ? " with fibres" : "");
+}
+
 GpuProgram described(const ProgramKind& kind, GpuTexts texts) {
-  constexpr std::array<std::string_view, 5> files{"sweep", "levels", "coarse_levels", "elastic", "loops"};
+  constexpr std::array<std::string_view, 6> files{"sweep",   "levels", "coarse_levels",
+                                                  "elastic", "laws",   "loops"};
   constexpr std::array<std::string_view, 3> passes{"sample", "project", "count"};
   std::string name;
   switch (kind.kernel) {
@@ -139,6 +160,9 @@ GpuProgram described(const ProgramKind& kind, GpuTexts texts) {
     break;
   case Kernel::elastic:
     name = elastic_name(kind);
+    break;
+  case Kernel::laws:
+    name = law_name(kind);
     break;
   case Kernel::loops:
     break;
@@ -167,6 +191,7 @@ std::vector<GpuProgram> gpu_programs(GpuTexts texts) {
         record_cells(usual, texts, kinds);
         usual.full.sides[1] = 2.0;
         record_cells(usual, texts, kinds);
+        record_laws(usual, texts, kinds);
         continue;
       }
       std::set<std::pair<Rule, Update>>

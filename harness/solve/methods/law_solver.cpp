@@ -114,7 +114,7 @@ double root_mean_square_of_tissue(const Level& level, const VectorField& field) 
 LawSolver::LawSolver(const Level& level, const ElasticModel& model, ElasticSession& session,
                      const VectorField* start,
                      std::function<void(double left, double moved, double least)> say)
-    : level_(level), model_(model), tissues_(level, model),
+    : level_(level), model_(model), session_(session), tissues_(level, model),
       linear_(start != nullptr ? ElasticSolver(level, model, session, modulus_under(*start))
                                : ElasticSolver(level, model, session, Strains::linearised)),
       say_(std::move(say)), displacement_(level.extent), residual_(level.extent), tried_(level.extent),
@@ -201,7 +201,8 @@ LeastVolume LawSolver::residual_of(const VectorField& displacement, VectorField&
   may_end_here();
   const Stopwatch watch(seconds_);
   ++forces_;
-  const LeastVolume least = tissues_(displacement, residual);
+  const LeastVolume least = session_.has_own_laws() ? session_.law_forces(tissues_, displacement, residual)
+                                                    : tissues_(displacement, residual);
   const double unit = force_unit(level_, model_.poisson);
   const std::size_t sites = level_.extent.sites();
   for (std::size_t axis = 0; axis < level_.extent.axes(); ++axis) {

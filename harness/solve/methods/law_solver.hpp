@@ -60,6 +60,7 @@ private:
 
   const Level& level_;
   ElasticModel model_;
+  ElasticSession& session_;
   LawForces tissues_;
   ElasticSolver linear_;
   std::function<void(double, double, double)> say_;

@@ -2,6 +2,9 @@
 
 #include <array>
 #include <cstddef>
+#include <cstdint>
+#include <span>
+#include <string_view>
 
 namespace hdmbench {
 
@@ -43,6 +46,11 @@ struct Law {
   /// without, 0.1 ... 10, and void 0; z is 1 of a volume, 0 of an image.
   void (*set_ratios)(const CellConstants&, const CellRows&, float z, std::size_t begin, std::size_t end,
                      float* to);
+  /// Its file, for compilers at run time (kernels/shaders/laws.h).
+  std::string_view text;
+  /// SPIR-V of laws.comp with it; empty without Vulkan.
+  std::span<const std::uint32_t> vulkan_of_images;
+  std::span<const std::uint32_t> vulkan_of_volumes;
 };
 
 /// The shipped text: neo-Hookean, and stiffening by its parameter.

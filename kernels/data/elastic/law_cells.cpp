@@ -3,9 +3,19 @@
 #include "kernels/data/elastic/law.hpp"
 #include "kernels/specification/laws/laws.hpp"
 
+#include <law_text.hpp>
+
 namespace hdmbench::laws::HDMBENCH_LAW {
 
 namespace {
+
+#ifdef HDMBENCH_WITH_VULKAN
+#include <shaders/laws_images.hpp>
+#include <shaders/laws_volumes.hpp>
+#else
+constexpr std::span<const std::uint32_t> laws_images;
+constexpr std::span<const std::uint32_t> laws_volumes;
+#endif
 
 using LawsInFloat = Laws<float>;
 
@@ -35,20 +45,17 @@ HDM_FUNCTION void make_cell(const CellConstants& material, const CellRows& rows,
   const auto displacement = [&](int axis) HDM_INLINED {
     return displacement_of(rows, static_cast<std::size_t>(axis), i);
   };
-  const auto modulus_at = [&](int corner) HDM_INLINED { return value_at(rows.modulus, corner, i); };
   const float softest = softest_of(rows, i);
-  const bool is_void = softest < material.least_modulus;
+  const LawsInFloat::Material of{material.mu, material.lame, material.half_modulus, material.least_modulus};
   const auto tissue = [&](int corner) HDM_INLINED {
-    const float modulus = is_void ? softest : modulus_at(corner);
-    const float parameter = value_at(rows.parameter, corner, i);
-    return LawsInFloat::Tissue{modulus * material.mu, modulus * material.lame, is_void ? -1.0F : parameter};
+    return LawsInFloat::tissue_of(of, value_at(rows.modulus, corner, i), value_at(rows.parameter, corner, i),
+                                  softest);
   };
   const auto fibre = [&](int corner) HDM_INLINED {
     if constexpr (has_fibres) {
-      const float half_modulus = is_void ? 0.0F : modulus_at(corner) * material.half_modulus;
-      return LawsInFloat::Fibre{value_at(rows.fibre[0], corner, i), value_at(rows.fibre[1], corner, i),
-                                value_at(rows.fibre[2], corner, i), half_modulus,
-                                value_at(rows.compression, corner, i)};
+      return LawsInFloat::fibre_of(of, value_at(rows.modulus, corner, i), value_at(rows.fibre[0], corner, i),
+                                   value_at(rows.fibre[1], corner, i), value_at(rows.fibre[2], corner, i),
+                                   value_at(rows.compression, corner, i), softest);
     } else {
       return LawsInFloat::NoFibre{};
     }
@@ -105,7 +112,11 @@ HDM_WIDE_VECTORS void set_ratios(const CellConstants& material, const CellRows& 
 } // namespace
 
 extern const Law law;
-const Law law{
-    .make_cells = make_cells<false>, .make_cells_with_fibres = make_cells<true>, .set_ratios = set_ratios};
+const Law law{.make_cells = make_cells<false>,
+              .make_cells_with_fibres = make_cells<true>,
+              .set_ratios = set_ratios,
+              .text = sources::law,
+              .vulkan_of_images = laws_images,
+              .vulkan_of_volumes = laws_volumes};
 
 } // namespace hdmbench::laws::HDMBENCH_LAW

@@ -7,6 +7,7 @@
 #include <array>
 #include <cstddef>
 #include <limits>
+#include <memory>
 #include <vector>
 
 /// The forces of tissues with laws of large strains (specification/laws), on the host: the same bits whatever
@@ -35,6 +36,17 @@ public:
   /// kept least, of those whose corners are not all prescribed; linear tissue counts as if it kept all.
   LeastVolume operator()(const VectorField& displacement, VectorField& force) const;
 
+  /// Another one for each object, as long as somebody has it.
+  [[nodiscard]] std::shared_ptr<const void> identity() const { return identity_; }
+  [[nodiscard]] const Level& level() const { return level_; }
+  [[nodiscard]] const Law& law() const { return law_; }
+  [[nodiscard]] const CellConstants& constants() const { return constants_; }
+  /// Returns whether the cell whose corner with the least coordinates is site x of a row is one that can
+  /// move.
+  [[nodiscard]] bool can_move(int x, std::size_t row) const {
+    return x >= rows_[row].begin && x < rows_[row].end;
+  }
+
   /// Returns how many times as stiff the tissue of every site is under a displacement as without, 0.1 ... 10,
   /// in the stiffest of the cells around it: what a preconditioner that follows the strain multiplies moduli
   /// by. Too stiff, it goes too slowly there; too soft, every step of all would be as short as one cell
@@ -56,6 +68,7 @@ private:
   [[nodiscard]] CellRows rows_at(int y, int z, const VectorField& displacement, const float* none,
                                  const float* linear) const;
 
+  std::shared_ptr<const void> identity_ = std::make_shared<int>();
   const Level& level_;
   const Law& law_;
   CellConstants constants_;

@@ -16,14 +16,20 @@ template <typename Scalar>
 struct Laws : ElasticVolume<Scalar, true> {
   using real = Scalar;
   using Volume = ElasticVolume<Scalar, true>;
+  using typename Volume::CellTension;
   using typename Volume::Coefficients;
 #define HDM_NUMBER(value) real(value)
+#define HDM_STRUCT(name)
+#define HDM_BITS_LESS(number, x) language::bits_less(number, x)
 // In this order: each needs what stands before it.
+#include "kernels/specification/laws/reciprocal.inc"
 #include "kernels/specification/laws/strain.inc"
 #include HDMBENCH_LAW_TEXT
 #include "kernels/specification/laws/cell.inc"
 #include "kernels/specification/laws/fibres.inc"
 #include "kernels/specification/laws/stress.inc"
+#undef HDM_BITS_LESS
+#undef HDM_STRUCT
 #undef HDM_NUMBER
 
   /// A tissue without fibres.
@@ -42,32 +48,18 @@ struct Laws : ElasticVolume<Scalar, true> {
     const Gradients at = gradients_of(slopes_at_points(Volume::coefficients_of(displacement(0)), sides),
                                       slopes_at_points(Volume::coefficients_of(displacement(1)), sides),
                                       slopes_at_points(Volume::coefficients_of(displacement(2)), sides));
-    const Stress s000 = with_fibre(stress_of(tissue(0), at.p000), fibre(0), at.p000);
-    const Stress s100 = with_fibre(stress_of(tissue(1), at.p100), fibre(1), at.p100);
-    const Stress s010 = with_fibre(stress_of(tissue(2), at.p010), fibre(2), at.p010);
-    const Stress s110 = with_fibre(stress_of(tissue(3), at.p110), fibre(3), at.p110);
-    const Stress s001 = with_fibre(stress_of(tissue(4), at.p001), fibre(4), at.p001);
-    const Stress s101 = with_fibre(stress_of(tissue(5), at.p101), fibre(5), at.p101);
-    const Stress s011 = with_fibre(stress_of(tissue(6), at.p011), fibre(6), at.p011);
-    const Stress s111 = with_fibre(stress_of(tissue(7), at.p111), fibre(7), at.p111);
-    const auto all = [&](real Stress::*part) HDM_INLINED {
-      return AtPoints{s000.*part, s100.*part, s010.*part, s110.*part,
-                      s001.*part, s101.*part, s011.*part, s111.*part};
+    const auto stress = [&](int corner, const Gradient& h) HDM_INLINED {
+      return with_fibre(stress_of(tissue(corner), h), fibre(corner), h);
     };
-    const auto tension = [&](const AtPoints& x, const AtPoints& y, const AtPoints& z)
-                             HDM_INLINED { return tension_of_points(x, y, z, sides); };
-    Volume::take_forces({tension(all(&Stress::xx), all(&Stress::xy), all(&Stress::xz)),
-                         tension(all(&Stress::yx), all(&Stress::yy), all(&Stress::yz)),
-                         tension(all(&Stress::zx), all(&Stress::zy), all(&Stress::zz))},
-                        take);
-    // Linear tissue counts as if it kept all: its law has an answer for cells that are turned over, too.
-    const auto volume = [&](int corner, const Gradient& h) HDM_INLINED {
-      return tissue(corner).parameter < real(0) ? real(1) : real(1) + dilation_of(h, cofactors_of(h));
-    };
+    const Stresses stresses{stress(0, at.p000), stress(1, at.p100), stress(2, at.p010), stress(3, at.p110),
+                            stress(4, at.p001), stress(5, at.p101), stress(6, at.p011), stress(7, at.p111)};
+    Volume::take_forces(tension_of_stresses(stresses, sides), take);
+    const auto share = [&](int corner, const Gradient& h)
+                           HDM_INLINED { return share_left(tissue(corner), h); };
     const auto least = [](real a, real b) HDM_INLINED { return b < a ? b : a; };
     return least(
-        least(least(volume(0, at.p000), volume(1, at.p100)), least(volume(2, at.p010), volume(3, at.p110))),
-        least(least(volume(4, at.p001), volume(5, at.p101)), least(volume(6, at.p011), volume(7, at.p111))));
+        least(least(share(0, at.p000), share(1, at.p100)), least(share(2, at.p010), share(3, at.p110))),
+        least(least(share(4, at.p001), share(5, at.p101)), least(share(6, at.p011), share(7, at.p111))));
   }
 };
 
