@@ -52,6 +52,31 @@ TEST(Verify, EveryModeThatSaysSomething) {
   EXPECT_FALSE(why_left_out(Mode::active, coloured).empty());
 }
 
+/// On every device that has kernels for them, whether or not solutions would ask it.
+TEST(Verify, ComparesTheForcesOfLaws) {
+  for (const auto& [name, size] : {std::pair{"square", Extent{31, 27}}, {"ball", Extent{11, 13, 12}}}) {
+    const RegisteredEnergy& elastic = find_energy("elastic");
+    Scene scene = load_scene(name, {.size = size, .law = "neo-hookean", .energy = &elastic});
+    use_energy(scene, elastic);
+    FaultyBackend wrong(test::find("openmp"), {.name = "force", .in_law_forces = [](VectorField& force) {
+                                                 float& most = *std::ranges::max_element(force[1]);
+                                                 most = std::nextafter(most, 0.0F);
+                                               }});
+    for (const Backend* const backend : test::present_backends()) {
+      if (backend->has_elastic() && backend != &test::scalar()) {
+        for (const Comparison& comparison : test::verified(scene, *backend)) {
+          EXPECT_EQ(comparison.verdict, Verdict::agree) << name << ", " << backend->name();
+        }
+      }
+    }
+    const Comparison comparison = test::verified(scene, wrong).front();
+    EXPECT_EQ(comparison.verdict, Verdict::disagree) << name;
+    ASSERT_TRUE(comparison.first) << name;
+    EXPECT_EQ(comparison.first->step, "forces of laws");
+    EXPECT_EQ(comparison.certified_ties, 0);
+  }
+}
+
 /// Every step of the method, and the method alone; who does not compute it is skipped and says so.
 TEST(Verify, FollowsTheElasticEnergyStepByStep) {
   Scene scene = load_scene("random", {.size = Extent{33, 20}});

@@ -67,6 +67,37 @@ public:
     });
   }
 
+  /// All compute these, whether or not solutions want them to.
+  bool has_own_laws() const override { return true; }
+  /// No bound of rounding is derived for laws: their bits are the reference's, or it is a mistake.
+  LeastVolume law_forces(const LawForces& tissues, const VectorField& displacement,
+                         VectorField& force) override {
+    const LeastVolume least = reference_.law_forces(tissues, displacement, force);
+    ++steps_;
+    each_present(followers_, [&](ElasticFollower& follower) {
+      VectorField found;
+      LeastVolume found_least;
+      ElasticSession& session = *follower.session;
+      follower.first.record(follower.comparison,
+                            [&] { found_least = session.law_forces(tissues, displacement, found); });
+      ++follower.comparison.sweeps;
+      const FieldDifference difference = compare(force, found);
+      count_field(follower.comparison, force, difference);
+      const bool is_least = found_least.share == least.share && found_least.site == least.site;
+      follower.comparison.counts_differing += difference.sites == 0 && !is_least ? 1 : 0;
+      const FirstDifference place{
+          .level = 0, .iteration = static_cast<int>(steps_), .step = "forces of laws"};
+      if (difference.sites > 0 &&
+          judge_step(follower.comparison, force, found, place, [](int, int, int) { return Certificate{}; })) {
+        follower.first.keep(
+            follower.comparison, force, found,
+            [&](VectorField& values) { session.read(0, ElasticField::image, values); },
+            [&](const VectorField& values) { session.write(0, ElasticField::image, values); });
+      }
+    });
+    return least;
+  }
+
   void read(int level, ElasticField field, VectorField& values) const override {
     reference_.read(level, field, values);
   }

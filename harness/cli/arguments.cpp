@@ -176,10 +176,12 @@ std::string repeat_line(const Call& call, const Scene& scene, std::string_view b
   }
   // It chooses sizes only for bench, and one is given.
   const char* const quick = call[option::quick] && call.command->get_name() != "bench" ? " --quick" : "";
-  return fmt::format("{} --backends {}{}{}{}", line, backend, session_words(session), quick,
+  const std::string law = call[option::law].empty() ? "" : " --law " + call[option::law];
+  return fmt::format("{} --backends {}{}{}{}{}", line, backend, session_words(session), quick,
                      schedule_words(call.schedule, call[option::methods].empty()
                                                        ? std::nullopt
-                                                       : std::optional(scene.schedule.method)));
+                                                       : std::optional(scene.schedule.method)),
+                     law);
 }
 
 std::optional<Scene> load_unless_missing(std::string_view name, bool is_needed,

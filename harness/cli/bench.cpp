@@ -370,8 +370,8 @@ void add_bench(CLI::App& program, Call& call) {
       "300, 600 and 1200 by default. Speed-ups are over scalar, one thread at -O2, in the same run; a\n"
       "backend whose field is not scalar's to the bit gets no speed-up and exit status 1. What the devices\n"
       "can do at most, in copying memory and in arithmetic, is measured in the same run.",
-      {comparison_options(), Options(option::repeat, "Samples per case", 5), work, scaling, kernels,
-       no_ceilings, reference_name, benchmark_json, library_options(), comparison_of_programs(),
+      {comparison_options(), option::law, Options(option::repeat, "Samples per case", 5), work, scaling,
+       kernels, no_ceilings, reference_name, benchmark_json, library_options(), comparison_of_programs(),
        gate_options()},
       {"--methods excludes --method", "--kernels excludes scenes --against", "--tolerance needs --against",
        "--pairs needs --against", "--strict needs --against",

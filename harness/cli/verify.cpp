@@ -409,7 +409,7 @@ void add_verify(CLI::App& program, Call& call) {
       "Without scenes: all of them, the other methods, and three sizes that meet the backends' tiles.\n"
       "mpirun -n R hdmbench verify: every backend, or mixture as openmp+vulkan-compute, on 1 ... R ranks.\n"
       "Exit status 1 if a backend disagrees or a scene could not have shown it.",
-      {comparison_options(), required_tier, junit, reference, dump, gate_options(true)},
+      {comparison_options(), option::law, required_tier, junit, reference, dump, gate_options(true)},
       {"--methods excludes --method"});
 }
 
