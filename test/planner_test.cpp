@@ -262,6 +262,61 @@ TEST(Planner, HolesAreFilledOrRefused) {
   EXPECT_THAT(test::refusal([&] { (void)solved(beyond); }), testing::HasSubstr("1e+30"));
 }
 
+/// Tissues in surroundings that are sheared and held; a ring of void in it where `floats`.
+Scene in_surroundings(Extent extent, bool floats = false) {
+  Level level = elastic_level(extent, Tissue::noise, Held::scattered, 30.0, 5);
+  const std::array<int, 3> sides = extent.sides();
+  for_each_site(extent, [&](int x, int y, int z) {
+    const std::array<int, 3> at{x, y, z};
+    double far = 0.0; // 1 at the surroundings
+    int apart = 0;    // sites from the middle
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      const double way = at[axis] - 0.5 * (sides[axis] - 1);
+      far = std::max(far, std::abs(way) / (0.35 * (sides[axis] - 1)));
+      apart = std::max(apart, static_cast<int>(std::abs(way)));
+    }
+    const std::size_t site = extent.index(x, y, z);
+    if (floats && (apart == 3 || apart == 4)) {
+      level.modulus.values[site] = 0.5F * void_share;
+    }
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      float& confidence = level.confidence[axis][site];
+      confidence = far > 1.0 ? 1.0F : floats ? 0.0F : confidence;
+      level.target[axis][site] = far > 1.0 ? 0.05F * static_cast<float>(at[1]) : level.target[axis][site];
+    }
+  });
+  set_inverse_modulus(level);
+  return scene_of(std::move(level), "full-multigrid", 1);
+}
+
+/// What conditions hold altogether around the rest is cut off before it is solved.
+TEST(Planner, WhatIsHeldAroundIsNotSolved) {
+  for (const Extent extent : {Extent{90, 81}, Extent{25, 22, 24}}) {
+    const Scene scene = in_surroundings(extent);
+    const Plan found = plan(scene, {.accuracy = 1e-4});
+    EXPECT_TRUE(found.met) << found.outcome;
+    ASSERT_TRUE(found.solution.part);
+    EXPECT_LT(found.solution.part->sites(), extent.sites() * 6 / 10);
+    EXPECT_EQ(found.solution.levels.back().extent, *found.solution.part);
+    EXPECT_LT(error_of(found.solution, truth_of(scene)), 1e-4) << extent.text();
+    EXPECT_EQ(found.solution.displacement[0][extent.index(3, 4)], 0.05F * 4.0F);
+  }
+  EXPECT_FALSE(
+      plan(scene_of(elastic_level({40, 30}, Tissue::noise, Held::scattered, 10.0, 5), "full-multigrid", 1),
+           {.accuracy = 1e-4})
+          .solution.part);
+}
+
+/// A message about a place in what was cut out names the place in the image.
+TEST(Planner, APartThatNothingHoldsIsSaidWhereItIsInTheImage) {
+  for (const Extent extent : {Extent{91, 81}, Extent{31, 33, 35}}) {
+    const Scene scene = in_surroundings(extent, true);
+    const std::string expected = test::refusal<InputError>([&] { require_held(scene.full); });
+    EXPECT_THAT(expected, testing::HasSubstr("x = "));
+    EXPECT_EQ(test::refusal<InputError>([&] { (void)plan(scene, {.accuracy = 1e-4}); }), expected);
+  }
+}
+
 TEST(Planner, OnlyRatiosOfModuliMatter) {
   for (const std::string_view method :
        {elastic_conjugate_gradients, elastic_full_multigrid, elastic_sweeps}) {

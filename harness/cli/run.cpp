@@ -220,6 +220,7 @@ json row_of(const Solved& solved, json phases) {
                         {"mean_energy", absurd.empty() ? mean_energy_of(scene, solution.displacement)
                                                        : std::numeric_limits<double>::quiet_NaN()},
                         {"least_volume", solution.least_volume},
+                        {"part", solution.part ? json(solution.part->text("x")) : json(nullptr)},
                         {"largest_displacement", largest_magnitude(solution.displacement)},
                         {"spacing", scene.spacing},
                         {"placement", scene.placement},

@@ -1,5 +1,6 @@
 #include "harness/scene/walls.hpp"
 
+#include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
 
 #include <algorithm>
@@ -167,12 +168,6 @@ private:
 /// and a hinge of an edge or a corner would let them turn.
 std::size_t least_cells(std::size_t axes) {
   return axes == 3 ? 27 : 9;
-}
-
-/// Whether conditions say all of where a site goes.
-bool is_prescribed(const Level& level, std::size_t site) {
-  return std::ranges::all_of(std::span(level.confidence.planes).first(level.extent.axes()),
-                             [&](const std::vector<float>& component) { return component[site] >= 1.0F; });
 }
 
 } // namespace

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <span>
 #include <vector>
 
 namespace hdmbench {
@@ -19,11 +18,6 @@ constexpr double most_of_sites = 0.75;
 /// which carries nothing and is solved for its looks.
 bool has_layer_of_void(const Level& level) {
   return has_laws(level) && level.has_walls;
-}
-
-bool is_prescribed(const Level& level, std::size_t site) {
-  return std::ranges::all_of(std::span(level.confidence.planes).first(level.extent.axes()),
-                             [&](const std::vector<float>& of) { return of[site] >= 1.0F; });
 }
 
 /// Whether a cell beside the site has a corner that is prescribed.

@@ -1,6 +1,7 @@
 #include "harness/solve/planner.hpp"
 
 #include "harness/scene/method.hpp"
+#include "harness/solve/level_parts.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/laws.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
@@ -348,15 +349,33 @@ private:
                      contrast > small_contrast ? fmt::format(" at a contrast of {:.3g}", contrast) : "");
   }
 
-  /// Full multigrid, then conjugate gradients until the steps say that it is enough.
+  /// Solves what conditions let move of the image.
   void solve_image() {
-    ElasticSolver solver(scene_.full, scene_.elastic, session_);
-    RemainingError error(scene_.full);
-    std::optional<SetAside> aside(scene_);
-    note(scene_.extent(), "levels", "moments of the moduli and cut cells on all levels", 0.0, unknown);
+    std::optional<LevelPart> part = moving_part(scene_.full);
+    if (!part) {
+      plan_.solution.displacement = solve_level(scene_.full);
+      return;
+    }
+    try {
+      const SetAside around(scene_);
+      plan_.solution.displacement = solve_level(part->level);
+    } catch (const InputError&) {
+      require_held(scene_.full); // says where in the whole image, which a part does not know
+      throw;
+    }
+    plan_.solution.part = part->level.extent;
+    plan_.solution.displacement = with_prescribed(scene_.full, part->sites, plan_.solution.displacement);
+  }
+
+  /// Full multigrid, then conjugate gradients until the steps say that it is enough.
+  VectorField solve_level(Level& level) {
+    ElasticSolver solver(level, scene_.elastic, session_);
+    RemainingError error(level);
+    std::optional<SetAside> aside(std::in_place, level, &level == &scene_.full ? &scene_.picture : nullptr);
+    note(level.extent, "levels", "moments of the moduli and cut cells on all levels", 0.0, unknown);
     const double set_up = clock_.seconds();
     solver.full_multigrid();
-    note(scene_.extent(), "multigrid", "from the coarsest level up, a W cycle on each", 0.0, unknown);
+    note(level.extent, "multigrid", "from the coarsest level up, a W cycle on each", 0.0, unknown);
     double last = clock_.seconds() - set_up; // a step costs no more than full multigrid
     bool at_rest = false;
     for (int i = 0;; ++i) {
@@ -376,18 +395,18 @@ private:
       if (step.ended) {
         at_rest = step.at_rest;
         mistrust_ = at_rest ? "" : "moduli or springs differ so much that float32 has no further step";
-        note(scene_.extent(), "end", at_rest ? "what is left is rounding" : mistrust_, 0.0, unknown);
+        note(level.extent, "end", at_rest ? "what is left is rounding" : mistrust_, 0.0, unknown);
         break;
       }
       error.add(step);
       last = clock_.seconds() - before;
-      note(scene_.extent(), "gradients", reason, step.change, error.estimate());
+      note(level.extent, "gradients", reason, step.change, error.estimate());
     }
-    solver.settle(scene_.full);
-    plan_.solution.displacement = solver.result();
+    solver.settle(level);
+    VectorField displacement = solver.result();
     aside.reset();
     add_work(solver);
-    const double largest = largest_component(plan_.solution.displacement);
+    const double largest = largest_component(displacement);
     const double rounding = solver.rounding(largest, error.contrast());
     if ((error.is_known() && mistrust_.empty()) || at_rest) {
       // No field was seen closer to the truth than this, whatever the moduli.
@@ -400,6 +419,7 @@ private:
     if (!is_believable() && mistrust_.empty()) {
       mistrust_ = "of a volume with a Poisson's ratio above 0.49 no estimate is believed";
     }
+    return displacement;
   }
 
   /// At 0.499 one request in ten was broken, on the random volumes of test/promise_test.cpp.

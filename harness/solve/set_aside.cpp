@@ -32,21 +32,22 @@ SetAside::~SetAside() {
   on_all_threads(fields_.size(), true, [&](std::size_t i) { fields_[i].reset(); });
 }
 
-SetAside::SetAside(Scene& scene) {
-  if (scene.extent().axes() == 2 || has_springs(scene.full)) {
+SetAside::SetAside(Level& level, ScalarField* picture) {
+  if (level.extent.axes() == 2 || has_springs(level)) {
     return;
   }
-  std::vector<std::vector<float>*> arrays{&scene.full.modulus.values, &scene.full.inverse_modulus.values,
-                                          &scene.picture.values};
-  for (VectorField* const field : {&scene.full.target, &scene.full.confidence}) {
+  std::vector<std::vector<float>*> arrays{&level.modulus.values, &level.inverse_modulus.values};
+  if (picture != nullptr) {
+    arrays.push_back(&picture->values);
+  }
+  for (VectorField* const field : {&level.target, &level.confidence}) {
     for (std::vector<float>& values : field->planes) {
       arrays.push_back(&values);
     }
   }
   fields_.resize(arrays.size());
-  on_all_threads(arrays.size(), true, [&](std::size_t i) {
-    fields_[i] = std::make_unique<FieldAside>(*arrays[i], scene.extent());
-  });
+  on_all_threads(arrays.size(), true,
+                 [&](std::size_t i) { fields_[i] = std::make_unique<FieldAside>(*arrays[i], level.extent); });
 #ifdef __GLIBC__
   malloc_trim(0); // what set-up left between arrays that are still there
 #endif

@@ -28,7 +28,9 @@ private:
 /// image is left as it is, because it is small, and so is a scene with springs, which are read in the end.
 class SetAside {
 public:
-  explicit SetAside(Scene& scene);
+  explicit SetAside(Scene& scene) : SetAside(scene.full, &scene.picture) {}
+  /// The same of a level, and of a picture where there is one.
+  explicit SetAside(Level& level, ScalarField* picture = nullptr);
   SetAside(const SetAside&) = delete;
   SetAside& operator=(const SetAside&) = delete;
   ~SetAside();

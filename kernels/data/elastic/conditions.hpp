@@ -2,12 +2,20 @@
 
 #include "kernels/data/level.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cstddef>
+#include <span>
 #include <string>
 #include <vector>
 
 namespace hdmbench {
+
+/// Whether conditions say all of where a site goes.
+[[nodiscard]] inline bool is_prescribed(const Level& level, std::size_t site) {
+  return std::ranges::all_of(std::span(level.confidence.planes).first(level.extent.axes()),
+                             [&](const std::vector<float>& component) { return component[site] >= 1.0F; });
+}
 
 /// A pixel whose modulus is a smaller share of the stiffest one's is void: added to it in float32 it changes
 /// no bit, so nobody can have meant it to hold anything.
