@@ -104,7 +104,7 @@ void LawsOnDevice::upload() {
   make_room(device_, arrays_[LAW_FORCES], corners * cells * (has_planes ? axes : 1),
             has_planes ? Kind::words : layout.kind(axes));
   make_room(device_, arrays_[LAW_SHARES], cells, Kind::words);
-  make_room(device_, arrays_[LAW_LEAST_OF_ITEMS], 2 * items_of_least * all.size(), Kind::words);
+  make_room(device_, arrays_[LAW_LEAST_OF_ITEMS], std::size_t{2} * items_of_least * all.size(), Kind::words);
 }
 
 std::vector<LawsOnDevice::Slab> LawsOnDevice::slabs() const {
