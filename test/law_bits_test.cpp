@@ -16,7 +16,7 @@
 namespace hdmbench {
 namespace {
 
-/// What a level has that a kernel asks for.
+/// What kernels of laws ask of a level.
 struct LawCase {
   Extent extent;
   std::array<double, 3> sides{1.0, 1.0, 1.0};
@@ -24,7 +24,7 @@ struct LawCase {
   bool has_walls = false; ///< and void, which half cells beside it are, too
 };
 
-/// Moduli from 1 to 100, one site in five linear, one component in ten prescribed.
+/// Returns a level with moduli from 1 to 100, one site in five linear, one component in ten prescribed.
 Level level_of(const LawCase& of, std::uint64_t seed) {
   Level level = test::plain_level(of.extent);
   level.sides = of.sides;
@@ -55,7 +55,7 @@ Level level_of(const LawCase& of, std::uint64_t seed) {
   return level;
 }
 
-/// Slopes to `slope`: above .5 cells are turned over.
+/// Returns a displacement with slopes to `slope`: above .5 cells are turned over.
 VectorField displacement_of(Extent extent, double slope, std::uint64_t seed) {
   test::Uniform uniform(seed);
   VectorField displacement(extent);
@@ -93,9 +93,12 @@ TEST_P(LawBits, AreThoseOfTheHost) {
       VectorField expected;
       VectorField found;
       const LeastVolume host = tissues(displacement, expected);
-      const LeastVolume least = session->law_forces(tissues, displacement, found);
+      const std::optional<LeastVolume> least = session->law_forces(tissues, displacement, found);
+      if (!least) {
+        GTEST_SKIP() << backend.name() << " has the host's forces of laws";
+      }
       EXPECT_EQ(compare(expected, found).sites, 0U) << of.extent.text() << ", slopes to " << slope;
-      EXPECT_EQ(std::pair(host.share, host.site), std::pair(least.share, least.site)) << of.extent.text();
+      EXPECT_EQ(std::pair(host.share, host.site), std::pair(least->share, least->site)) << of.extent.text();
       EXPECT_GT(largest_magnitude(found), 0.0) << of.extent.text();
     }
   }

@@ -12,13 +12,12 @@
 namespace hdmbench {
 
 /// A session of the elastic energy over `Steps`, which is made of an Owner (OnDevice) and has arrays and
-/// kernels: load(hierarchy, layout), write(), read() and read_sum() of an ElasticArray,
-/// device_seconds(), and run(), which need not wait until the work is done. Steps::has_laws: it has
-/// load(tissues), false where they are too large, law_forces(), from the array of a field to another's, and
-/// is_software().
-/// Steps::block: sites a side of the blocks that one kernel sums up; coarse_size(): how long the arrays of
-/// levels may be that an ElasticTogether has, 0 where there is none. Every step writes an array that is to
-/// spare, which then takes the field's place.
+/// kernels: load(hierarchy, layout), write(), read() and read_sum() of an ElasticArray, device_seconds(), and
+/// run(), which need not wait until the work is done. Steps::block: sites a side of the blocks that one
+/// kernel sums up; coarse_size(): how long the arrays of levels may be that an ElasticTogether has, 0 where
+/// there is none. Where Steps::has_laws is true it has load(tissues), false where they are too large,
+/// law_forces(), from the array of a field to another's, and is_software(). Every step writes an array that
+/// is to spare, which then takes the field's place.
 template <typename Owner, typename Steps>
 class ElasticLevelSession final : public ElasticSession {
 public:
@@ -107,26 +106,23 @@ public:
     return false;
   }
 
-  LeastVolume law_forces(const LawForces& tissues, const VectorField& displacement,
-                         VectorField& force) override {
+  std::optional<LeastVolume> law_forces(const LawForces& tissues, const VectorField& displacement,
+                                        VectorField& force) override {
     if constexpr (Steps::has_laws) {
-      const std::optional<LeastVolume> least = on_device([&](Steps& steps) -> std::optional<LeastVolume> {
+      return on_device([&](Steps& steps) -> std::optional<LeastVolume> {
         run_all(steps);
         if (!steps.load(tissues)) {
           return {};
         }
         steps.write(array(0, ElasticField::image), displacement);
-        const LeastVolume found = steps.law_forces(array(0, ElasticField::image), spare(0));
+        const LeastVolume least = steps.law_forces(array(0, ElasticField::image), spare(0));
         std::swap(slots_.front()[static_cast<std::size_t>(ElasticField::image)], slots_.front()[spare_slot]);
         resize(force, displacement.extent);
         steps.read(array(0, ElasticField::image), force);
-        return found;
+        return least;
       });
-      if (least) {
-        return *least;
-      }
     }
-    return ElasticSession::law_forces(tissues, displacement, force);
+    return {};
   }
 
   float dot(ElasticField first, ElasticField second) const override {
@@ -216,21 +212,13 @@ private:
            Extent sites, float factor = 0.0F) const {
     const bool has_cells = kernel.step == ElasticStep::relax || kernel.step == ElasticStep::residual;
     kernel.has_boxes = has_cells && level_at(from.level).ratio.has_boxes();
-    const auto place = [](const ElasticLayout::Part& part, Extent extent) {
-      return ElasticParameters::Place{.width = extent.width,
-                                      .height = extent.height,
-                                      .depth = extent.depth,
-                                      .first = static_cast<std::int32_t>(part.first),
-                                      .pitch = static_cast<std::int32_t>(part.pitch),
-                                      .layer = static_cast<std::int32_t>(part.layer)};
-    };
     const ElasticParameters parameters{.law = law(from.level),
                                        .plane = static_cast<std::int32_t>(layout_.size),
                                        .moments_from = static_cast<std::int32_t>(layout_.moments_from()),
                                        .factor = factor,
-                                       .to = place(part(to), sites),
-                                       .from = place(part(from), from_sites),
-                                       .second = place(part(second), part(second).sites),
+                                       .to = place_of(part(to), sites),
+                                       .from = place_of(part(from), from_sites),
+                                       .second = place_of(part(second), part(second).sites),
                                        .bend = hierarchy().levels.front().bend};
     calls_.push_back({kernel, from, second, to, parameters});
     constexpr std::size_t most = 1024;

@@ -110,6 +110,7 @@ public:
     if (layout.size != layout_.size) {
       fixed_ = {}; // before the new ones, so that both need not fit
       slots_ = {};
+      laws_.forget();
     }
     layout_ = layout;
     has_boxes_ = hierarchy.levels.front().ratio.has_boxes(); // then maybe of coarse levels, too
@@ -155,8 +156,8 @@ public:
   [[nodiscard]] bool is_software() const { return device_.description().is_software; }
   bool load(const LawForces& tissues) { return laws_.load(tissues); }
   LeastVolume law_forces(ElasticArray from, ElasticArray to) {
-    const ElasticLayout::Part& part = part_of(from);
-    return laws_.forces(slot(from), slot(to), part, layout_.size);
+    return laws_.forces(slot(from), slot(to), seen_by_kernels(place_of(part_of(from), part_of(from).sites)),
+                        layout_.size);
   }
 
   std::optional<double> device_seconds() { return device_.device_seconds(); }

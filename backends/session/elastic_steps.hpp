@@ -130,6 +130,16 @@ struct ElasticParameters {
   float bend = 1.0F; ///< of a volume ElasticLevel::bend of the finest level
 };
 
+/// Where sites lie in an array that has a part like this.
+[[nodiscard]] inline ElasticParameters::Place place_of(const ElasticLayout::Part& part, Extent sites) {
+  return {.width = sites.width,
+          .height = sites.height,
+          .depth = sites.depth,
+          .first = static_cast<std::int32_t>(part.first),
+          .pitch = static_cast<std::int32_t>(part.pitch),
+          .layer = static_cast<std::int32_t>(part.layer)};
+}
+
 struct ElasticCall {
   ElasticKernel kernel;
   ElasticArray from;

@@ -62,32 +62,38 @@ bool LawsOnDevice::load(const LawForces& tissues) {
     return fits_;
   }
   loaded_ = nullptr;
-  extent_ = tissues.level().extent;
+  const Extent extent = tissues.level().extent;
+  seen_ = extent.axes() == 3 ? extent : Extent{extent.width, 1, extent.height};
   has_fibres_ = has_fibres(tissues.level());
-  fits_ = false;
+  fits_ = true;
   try {
     upload();
-    fits_ = true;
   } catch (const TooLarge&) {
     arrays_ = {};
+    fits_ = false;
   }
   loaded_ = tissues.identity();
   return fits_;
 }
 
+void LawsOnDevice::forget() {
+  loaded_ = nullptr;
+  arrays_ = {};
+}
+
 void LawsOnDevice::upload() {
   const Level& level = tissues_->level();
-  const std::size_t axes = extent_.axes();
+  const std::size_t axes = level.extent.axes();
   const bool has_planes = device_.limits().has_planes;
-  const SiteLayout layout(extent_, has_planes);
+  const SiteLayout layout(level.extent, has_planes);
   tissue_origin_ = static_cast<std::int64_t>(layout.origin);
   tissue_plane_ = static_cast<std::int64_t>(layout.plane);
-  const ScalarField linear = has_laws(level) ? ScalarField{} : ScalarField(extent_, -1.0F);
+  const ScalarField linear = has_laws(level) ? ScalarField{} : ScalarField(level.extent, -1.0F);
   make_room(device_, arrays_[LAW_TISSUE], layout.count(2), layout.kind(2));
   write_sites(device_, *arrays_[LAW_TISSUE], 0, layout,
               {level.modulus.values, has_laws(level) ? level.law_parameter.values : linear.values});
   if (has_fibres_) {
-    const ScalarField none = axes == 3 ? ScalarField{} : ScalarField(extent_, 0.0F);
+    const ScalarField none = axes == 3 ? ScalarField{} : ScalarField(level.extent, 0.0F);
     make_room(device_, arrays_[LAW_FIBRES], layout.count(4), layout.kind(4));
     write_sites(device_, *arrays_[LAW_FIBRES], 0, layout,
                 {level.fibre[0], level.fibre[1], axes == 3 ? level.fibre[2] : none.values,
@@ -98,52 +104,48 @@ void LawsOnDevice::upload() {
   const std::vector<std::int32_t> bits = site_bits(*tissues_);
   make_room(device_, arrays_[LAW_SITE_BITS], bits.size(), Kind::words);
   device_.write(*arrays_[LAW_SITE_BITS], 0, std::as_bytes(std::span(bits)));
-  const std::vector<Slab> all = slabs();
-  const std::size_t cells = cells_of(all.front());
-  const std::size_t corners = 8;
-  make_room(device_, arrays_[LAW_FORCES], corners * cells * (has_planes ? axes : 1),
+  constexpr std::size_t corners = 8;
+  make_room(device_, arrays_[LAW_FORCES], corners * cells_kept() * (has_planes ? axes : 1),
             has_planes ? Kind::words : layout.kind(axes));
-  make_room(device_, arrays_[LAW_SHARES], cells, Kind::words);
-  make_room(device_, arrays_[LAW_LEAST_OF_ITEMS], std::size_t{2} * items_of_least * all.size(), Kind::words);
+  make_room(device_, arrays_[LAW_SHARES], cells_kept(), Kind::words);
+  make_room(device_, arrays_[LAW_LEAST_OF_ITEMS], std::size_t{2} * items_of_least * slabs().size(),
+            Kind::words);
+}
+
+int LawsOnDevice::layers_kept() const {
+  return std::min(std::max(most_cells / of_layer(), 2), seen_.depth - 1);
 }
 
 std::vector<LawsOnDevice::Slab> LawsOnDevice::slabs() const {
   std::vector<Slab> all;
-  const int most =
-      std::max(most_cells / of_layer(), 2) - 1; // a layer of cells is done again in the next slab
-  for (int first = 0; first < layers(); first += most) {
-    const int end = std::min(first + most, layers());
+  // A slab of several does the layer of cells before its first sites again.
+  const int most = std::max(layers_kept() - 1, 1);
+  for (int first = 0; first < seen_.depth; first += most) {
+    const int end = std::min(first + most, seen_.depth);
     const int first_of_cells = std::max(first - 1, 0);
     all.push_back({.first = first_of_cells,
-                   .cells = std::min(end, layers() - 1) - first_of_cells,
+                   .cells = std::min(end, seen_.depth - 1) - first_of_cells,
                    .first_of_sites = first,
                    .sites = end - first});
   }
-  // The first has no layer before it.
-  std::ranges::swap(all.front(), *std::ranges::max_element(all, {}, &Slab::cells));
   return all;
 }
 
-LeastVolume LawsOnDevice::forces(const Array& from, const Array& to, const ElasticLayout::Part& part,
+LeastVolume LawsOnDevice::forces(const Array& from, const Array& to, const ElasticParameters::Place& place,
                                  std::int64_t plane) {
   const CellConstants& constants = tissues_->constants();
-  const bool is_volume = extent_.axes() == 3;
   LawParameters told{.one_over_sides = constants.one_over_sides,
                      .plane = static_cast<std::int32_t>(plane),
                      .mu = constants.mu,
                      .lame = constants.lame,
                      .half_modulus = constants.half_modulus,
                      .least_modulus = constants.least_modulus,
-                     .field = {.width = extent_.width,
-                               .height = is_volume ? extent_.height : 1,
-                               .depth = layers(),
-                               .first = static_cast<std::int32_t>(part.first),
-                               .pitch = static_cast<std::int32_t>(part.pitch),
-                               .layer = static_cast<std::int32_t>(is_volume ? part.layer : part.pitch)},
+                     .field = place,
+                     .cells = static_cast<std::int32_t>(cells_kept()),
                      .tissue_plane = static_cast<std::int32_t>(tissue_plane_),
                      .tissue_origin = static_cast<std::int32_t>(tissue_origin_)};
+  const auto strips = [&](int across) { return std::int64_t{(across + columns() - 1) / columns()}; };
   const std::vector<Slab> all = slabs();
-  told.cells = static_cast<std::int32_t>(cells_of(all.front()));
   Commands commands;
   std::int64_t in_flight = 0;
   for (const Slab& slab : all) {
@@ -151,11 +153,10 @@ LeastVolume LawsOnDevice::forces(const Array& from, const Array& to, const Elast
     told.layers = slab.cells;
     told.first_layer_of_sites = slab.first_of_sites;
     told.layers_of_sites = slab.sites;
-    const auto strips = [&](int across) { return std::int64_t{(across + columns() - 1) / columns()}; };
-    const int rows = is_volume ? extent_.height : 1;
-    for (const auto& [step, items] : {std::pair{LAW_CELLS, strips(across()) * cells_down() * slab.cells},
-                                      {LAW_SITES, strips(extent_.width) * rows * slab.sites},
-                                      {LAW_LEAST, std::int64_t{items_of_least}}}) {
+    for (const auto& [step, items] :
+         {std::pair{LAW_CELLS, strips(cells_across()) * cells_down() * slab.cells},
+          {LAW_SITES, strips(seen_.width) * seen_.height * slab.sites},
+          {LAW_LEAST, std::int64_t{items_of_least}}}) {
       Dispatch dispatch = dispatch_of(step, items);
       dispatch.arrays[LAW_DISPLACEMENT] = &from;
       dispatch.arrays[LAW_STORED] = step == LAW_SITES ? &to : arrays_[LAW_FORCES].get();
@@ -165,7 +166,7 @@ LeastVolume LawsOnDevice::forces(const Array& from, const Array& to, const Elast
       commands.emplace_back(dispatch);
     }
     told.first_item += items_of_least;
-    in_flight += static_cast<std::int64_t>(cells_of(slab));
+    in_flight += std::int64_t{slab.cells} * of_layer();
     if (in_flight > most_in_flight) {
       device_.run(std::exchange(commands, {}));
       device_.finish();
@@ -201,7 +202,7 @@ Dispatch LawsOnDevice::dispatch_of(int step, std::int64_t items) {
                                                          {"LANES", together},
                                                          {"COLUMNS", columns()}},
                                            .law = &tissues_->law(),
-                                           .axes = extent_.axes()})};
+                                           .axes = tissues_->level().extent.axes()})};
   constexpr std::int64_t most_groups = 32768; // in a row
   const auto all = (items + together - 1) / together;
   dispatch.groups = {static_cast<int>(std::min(all, most_groups)),

@@ -5,6 +5,7 @@
 #include "kernels/data/elastic/law_forces.hpp"
 #include "kernels/data/field.hpp"
 
+#include <optional>
 #include <string_view>
 #include <utility>
 
@@ -132,10 +133,12 @@ public:
   /// Returns whether law_forces() is worth its copies: a processor that is not the host's computes.
   [[nodiscard]] virtual bool has_own_laws() const { return false; }
   /// Sets `force` to what tissues of the image do under a displacement, and returns the cell that has kept
-  /// least of its volume: `tissues` to the bit, on every backend. ElasticField::image is lost.
-  virtual LeastVolume law_forces(const LawForces& tissues, const VectorField& displacement,
-                                 VectorField& force) {
-    return tissues(displacement, force);
+  /// least of its volume: what `tissues` does, to the bit. Returns none, and does nothing, where this session
+  /// does not compute that, or not tissues of that size: then `tissues` has to be asked.
+  /// ElasticField::image is lost.
+  [[nodiscard]] virtual std::optional<LeastVolume>
+  law_forces(const LawForces& /*tissues*/, const VectorField& /*displacement*/, VectorField& /*force*/) {
+    return {};
   }
 
 protected:

@@ -104,6 +104,8 @@ struct Comparison {
   double seconds = 0.0;                ///< in which the backend computed and was judged
   /// The site updates that active work could leave out (RestingTiles).
   std::int64_t sites_at_rest = 0;
+  bool has_hosts_laws =
+      false; ///< its forces of laws of large strains are the host's: there is nothing to compare
   std::optional<FirstDifference> first{};
   /// In resync, where bits differ: which rewrites of the arithmetic make what was found, or that none does.
   std::string why{};

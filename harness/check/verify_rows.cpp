@@ -19,6 +19,7 @@ nlohmann::json verify_row(const Scene& scene, const Comparison& comparison) {
                                   {"sites_differing", comparison.sites_differing},
                                   {"not_finite", comparison.not_finite},
                                   {"counts_differing", comparison.counts_differing},
+                                  {"has_hosts_laws", comparison.has_hosts_laws},
                                   {"certified_ties", comparison.certified_ties},
                                   {"uncertified", comparison.uncertified},
                                   {"max_abs_difference", comparison.largest_difference},

@@ -131,6 +131,13 @@ void explain_disagreements(const Scene& scene, const std::vector<Comparison>& co
       fmt::print("  {} is not compared: {}\n", name_of(mode), reason);
     }
   }
+  std::string with_hosts_laws;
+  for (const Comparison& one : comparisons) {
+    with_hosts_laws += !one.has_hosts_laws ? "" : (with_hosts_laws.empty() ? "" : ", ") + one.backend;
+  }
+  if (!with_hosts_laws.empty()) {
+    fmt::print("  forces of laws are not compared, they are the host's: {}\n", with_hosts_laws);
+  }
   std::set<std::pair<std::string, std::string>> skipped;
   for (const Comparison& one : comparisons) {
     if (one.verdict == Verdict::agree ||

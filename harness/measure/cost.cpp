@@ -102,8 +102,8 @@ public:
     session_->read(level, field, values);
   }
   bool has_own_laws() const override { return session_->has_own_laws(); }
-  LeastVolume law_forces(const LawForces& tissues, const VectorField& displacement,
-                         VectorField& force) override {
+  std::optional<LeastVolume> law_forces(const LawForces& tissues, const VectorField& displacement,
+                                        VectorField& force) override {
     return session_->law_forces(tissues, displacement, force);
   }
   [[nodiscard]] float dot(ElasticField first, ElasticField second) const override {

@@ -1,6 +1,8 @@
 #pragma once
 
 #include "backends/shared/box.hpp"
+#include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/input_error.hpp"
 #include "kernels/data/level.hpp"
 
 #include <optional>
@@ -18,6 +20,18 @@ struct LevelPart {
 /// the layer of void beside what is prescribed is cut off, too. None where so little would be cut off that
 /// it is not worth a copy.
 [[nodiscard]] std::optional<LevelPart> moving_part(const Level& level);
+
+/// Returns what solve() does, which solves a part of the level: where that is refused, the places in what is
+/// said are those of the whole level.
+template <typename Solve>
+[[nodiscard]] auto with_places_of(const Level& level, const Solve& solve) {
+  try {
+    return solve();
+  } catch (const InputError&) {
+    require_held(level); // says the same of the whole level
+    throw;
+  }
+}
 
 /// Returns these sites of a level, those that lie beside others being held where `displacement` has them.
 [[nodiscard]] LevelPart held_part(const Level& level, const Box& sites, const VectorField& displacement);

@@ -349,29 +349,28 @@ private:
                      contrast > small_contrast ? fmt::format(" at a contrast of {:.3g}", contrast) : "");
   }
 
-  /// Solves what conditions let move of the image.
+  /// Solves what conditions let move of the image. The estimate is of what is solved.
   void solve_image() {
+    VectorField& displacement = plan_.solution.displacement;
     std::optional<LevelPart> part = moving_part(scene_.full);
     if (!part) {
-      plan_.solution.displacement = solve_level(scene_.full);
+      displacement = solve_level(scene_.full, &scene_.picture);
       return;
     }
-    try {
+    displacement = with_places_of(scene_.full, [&] {
       const SetAside around(scene_);
-      plan_.solution.displacement = solve_level(part->level);
-    } catch (const InputError&) {
-      require_held(scene_.full); // says where in the whole image, which a part does not know
-      throw;
-    }
+      return solve_level(part->level, nullptr);
+    });
     plan_.solution.part = part->level.extent;
-    plan_.solution.displacement = with_prescribed(scene_.full, part->sites, plan_.solution.displacement);
+    displacement = with_prescribed(scene_.full, part->sites, displacement);
   }
 
-  /// Full multigrid, then conjugate gradients until the steps say that it is enough.
-  VectorField solve_level(Level& level) {
+  /// Full multigrid, then conjugate gradients until the steps say that it is enough. The level and the
+  /// picture, where there is one, are set aside meanwhile.
+  VectorField solve_level(Level& level, ScalarField* picture) {
     ElasticSolver solver(level, scene_.elastic, session_);
     RemainingError error(level);
-    std::optional<SetAside> aside(std::in_place, level, &level == &scene_.full ? &scene_.picture : nullptr);
+    std::optional<SetAside> aside(std::in_place, level, picture);
     note(level.extent, "levels", "moments of the moduli and cut cells on all levels", 0.0, unknown);
     const double set_up = clock_.seconds();
     solver.full_multigrid();

@@ -36,7 +36,8 @@
 #define EACH_AXIS HDM_UNROLLED for (int axis = 0; axis < HDM_AXES; ++axis)
 #define EACH_CORNER HDM_UNROLLED for (int corner = 0; corner < 8; ++corner)
 
-// From a cell's first corner to another, which are numbered with x in the lowest bit and z in the highest.
+// Corners of a cell are numbered with x in the lowest bit and z in the highest; so far they are from the
+// first.
 #define ALONG_X(corner) ((corner)&1)
 #define ALONG_Y(corner) (HDM_AXES == 3 ? (corner) >> 1 & 1 : 0)
 #define ALONG_Z(corner) (HDM_AXES == 3 ? (corner) >> 2 : (corner) >> 1 & 1)
@@ -49,7 +50,7 @@
 #define SITE(x, y, z) (((z)*height + (y)) * width + (x))
 // Cells along x and y, and those layers of them whose forces are kept.
 #define cells_across (width - 1)
-#define cells_down (HDM_AXES == 3 ? height - 1 : 1)
+#define cells_down max(height - 1, 1)
 #define first_layer TOLD(14)
 #define layer_count TOLD(15)
 #define first_layer_of_sites TOLD(16)
@@ -72,7 +73,7 @@ HDM_FUNCTION Components components_of(real x, real y, real z) {
   return c;
 }
 
-// Number `number` of layers from `layer` on, in each of which are `down` rows of `across`.
+// Returns where cell or site `number` is, in layers from `layer` on that have `down` rows of `across` each.
 HDM_FUNCTION Cell place_of(int number, int across, int down, int layer) {
   int line = number / across;
   int slab = line / down;
@@ -115,7 +116,7 @@ HDM_FUNCTION void do_cell(ARRAYS Cell cell) {
   }
   real softest = modulus[0];
   EACH_CORNER {
-    softest = modulus[corner] < softest ? modulus[corner] : softest;
+    softest = lesser(softest, modulus[corner]);
   }
   Sides sides;
   sides.x = REAL_TOLD(0), sides.y = REAL_TOLD(1), sides.z = REAL_TOLD(2);
@@ -142,8 +143,7 @@ HDM_FUNCTION void do_cell(ARRAYS Cell cell) {
                              FIBRE(at, 3), softest);                                                         \
       s.point = with_fibre(s.point, fibre, h.point);                                                         \
     }                                                                                                        \
-    real share = share_left(tissue, h.point);                                                                \
-    least = share < least ? share : least;                                                                   \
+    least = lesser(least, share_left(tissue, h.point));                                                      \
   }
   POINT(0, p000)
   POINT(1, p100)

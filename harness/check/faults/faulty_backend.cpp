@@ -117,10 +117,11 @@ public:
     is_waited_for_ = true;
   }
   [[nodiscard]] bool has_own_laws() const override { return sound_->has_own_laws(); }
-  LeastVolume law_forces(const LawForces& tissues, const VectorField& displacement,
-                         VectorField& force) override {
-    const LeastVolume least = sound_->law_forces(tissues, displacement, force);
+  std::optional<LeastVolume> law_forces(const LawForces& tissues, const VectorField& displacement,
+                                        VectorField& force) override {
+    std::optional<LeastVolume> least = sound_->law_forces(tissues, displacement, force);
     if (fault_.in_law_forces) {
+      least = least ? least : tissues(displacement, force); // the fault is one of a backend that has its own
       fault_.in_law_forces(force);
     }
     return least;

@@ -201,8 +201,11 @@ LeastVolume LawSolver::residual_of(const VectorField& displacement, VectorField&
   may_end_here();
   const Stopwatch watch(seconds_);
   ++forces_;
-  const LeastVolume least = session_.has_own_laws() ? session_.law_forces(tissues_, displacement, residual)
-                                                    : tissues_(displacement, residual);
+  std::optional<LeastVolume> own;
+  if (session_.has_own_laws()) {
+    own = session_.law_forces(tissues_, displacement, residual);
+  }
+  const LeastVolume least = own ? *own : tissues_(displacement, residual);
   const double unit = force_unit(level_, model_.poisson);
   const std::size_t sites = level_.extent.sites();
   for (std::size_t axis = 0; axis < level_.extent.axes(); ++axis) {

@@ -226,13 +226,8 @@ Solution solve_by_laws(const Level& level, const ElasticModel& model, ElasticSes
                        double accuracy, const std::function<void(const LawStep&)>& say) {
   const std::optional<LevelPart> part = moving_part(level);
   Nested nested(model, session, say);
-  VectorField displacement;
-  try {
-    displacement = nested.solve(part ? part->level : level, 1.0, accuracy, most_steps);
-  } catch (const InputError&) {
-    require_held(level); // says where in the whole level, which a part does not know
-    throw;
-  }
+  VectorField displacement = with_places_of(
+      level, [&] { return nested.solve(part ? part->level : level, 1.0, accuracy, most_steps); });
   Solution& solution = nested.solution;
   solution.least_volume = nested.least().share;
   solution.beyond_law = beyond_law(level, part ? part->sites : all_of(level.extent), nested.least());

@@ -32,8 +32,7 @@ HDM_FUNCTION float value_at(const std::array<const float*, 4>& of, int corner, s
 HDM_FUNCTION float softest_of(const CellRows& rows, std::size_t i) {
   float softest = value_at(rows.modulus, 0, i);
   for (int corner = 1; corner < 8; ++corner) {
-    const float modulus = value_at(rows.modulus, corner, i);
-    softest = modulus < softest ? modulus : softest;
+    softest = LawsInFloat::lesser(softest, value_at(rows.modulus, corner, i));
   }
   return softest;
 }

@@ -56,10 +56,9 @@ struct Laws : ElasticVolume<Scalar, true> {
     Volume::take_forces(tension_of_stresses(stresses, sides), take);
     const auto share = [&](int corner, const Gradient& h)
                            HDM_INLINED { return share_left(tissue(corner), h); };
-    const auto least = [](real a, real b) HDM_INLINED { return b < a ? b : a; };
-    return least(
-        least(least(share(0, at.p000), share(1, at.p100)), least(share(2, at.p010), share(3, at.p110))),
-        least(least(share(4, at.p001), share(5, at.p101)), least(share(6, at.p011), share(7, at.p111))));
+    return lesser(
+        lesser(lesser(share(0, at.p000), share(1, at.p100)), lesser(share(2, at.p010), share(3, at.p110))),
+        lesser(lesser(share(4, at.p001), share(5, at.p101)), lesser(share(6, at.p011), share(7, at.p111))));
   }
 };
 
