@@ -84,6 +84,40 @@ TEST_F(Browser, RunsEveryRuleByWebGpu) {
   }
 }
 
+TEST_F(Browser, FollowsTheStepsOfTheElasticEnergy) {
+  for (const std::string scene : {"random --size 19x14", "ball --size 8x9x7"}) {
+    const std::string what = scene + " --energy elastic --iterations 2";
+    write_page(what);
+    const json found = results();
+    const auto verified = folder() / "verified.json";
+    ASSERT_EQ(test::hdmbench("verify " + what + " --backends openmp --json " + verified.string()).status, 0);
+    const json row_of_verify = json::parse(file_text(verified))["results"][0];
+    ASSERT_EQ(found["results"].size(), 2U) << what;
+    for (const json& row : found["results"]) {
+      EXPECT_EQ(row["backend"], "webgpu-compute");
+      EXPECT_EQ(row["verdict"], "agree") << row.dump();
+      EXPECT_EQ(row["tier"], "bitwise");
+      EXPECT_EQ(row["sites_compared"], row_of_verify["sites_compared"]);
+      EXPECT_EQ(row["levels"], row_of_verify["levels"]);
+    }
+  }
+}
+
+TEST_F(Browser, NamesTheStepOfTheElasticEnergyThatDiffers) {
+  write_page("random --size 19x14 --energy elastic --iterations 2");
+  const json found = results("plant=sign");
+  ASSERT_EQ(found["results"].size(), 2U);
+  for (const json& row : found["results"]) {
+    EXPECT_EQ(row["verdict"], "disagree") << row.dump();
+    EXPECT_EQ(row["first_difference"]["step"], "sweep") << row.dump();
+  }
+  std::ofstream(folder() / "browser.json") << found;
+  test::expect_run(0,
+                   "report " + (folder() / "browser.json").string() + " --output " +
+                       (folder() / "report.html").string(),
+                   HasSubstr("disagree with scalar: webgpu-compute on random"));
+}
+
 TEST_F(Browser, SeesAPlantedFault) {
   write_page("tie-rich --size 32");
   const json rows = results("plant=tie")["results"];

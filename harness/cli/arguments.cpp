@@ -90,12 +90,12 @@ Options backends_options() {
   return {option::backends, option::require, option::device, option::threads};
 }
 
-Options scenes_options(bool takes_energies) {
-  return {option::scenes, option::sizes, schedule_options(takes_energies), option::methods};
+Options scenes_options() {
+  return {option::scenes, option::sizes, schedule_options(true), option::methods};
 }
 
 Options comparison_options() {
-  return {scenes_options(true), backends_options(), option::quick, option::json};
+  return {scenes_options(), backends_options(), option::quick, option::json};
 }
 
 Scene scene_of(const Call& call, const Option<std::string>& name) {

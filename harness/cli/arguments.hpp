@@ -94,7 +94,7 @@ inline const Option<std::string> format("--format",
 /// Which backends are compared, on which device, with how many threads.
 [[nodiscard]] Options backends_options();
 /// Which scenes at which sizes, solved how.
-[[nodiscard]] Options scenes_options(bool takes_energies);
+[[nodiscard]] Options scenes_options();
 /// All that commands have that compare backends on scenes.
 [[nodiscard]] Options comparison_options();
 

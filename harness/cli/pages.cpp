@@ -4,6 +4,7 @@
 #include "harness/report/report.hpp"
 
 #ifdef HDMBENCH_WITH_BROWSER
+#include "harness/check/cases.hpp"
 #include "harness/web/browser_page.hpp"
 #endif
 
@@ -24,13 +25,27 @@ int run_report(Call& call) {
 int write_page([[maybe_unused]] Call& call) {
 #ifdef HDMBENCH_WITH_BROWSER
   require_writable(call[page_file]);
+  // The page has all steps of the elastic energy with what they make: a few of a small scene show each
+  // kernel.
+  const bool is_usual = call[option::scenes].empty() && call[option::sizes].empty() &&
+                        call[option::methods].empty() && call.schedule.given.empty() &&
+                        call.schedule.energy == nullptr;
   if (call[option::sizes].empty()) {
     call[option::sizes] = {"64"};
   }
   Progress progress;
   progress.describe("prepare the scenes");
-  const std::vector<Scene> scenes =
+  std::vector<Scene> scenes =
       load_scenes(call, {"exact-textures", "exact-pyramid", "tie-rich", "random", "square", "brain"});
+  if (is_usual) {
+    std::vector<Case> cases = box_cases(2);
+    cases.front().size = Extent{25, 23};
+    cases.back().size = Extent{9, 10, 8};
+    const std::string method(elastic_conjugate_gradients);
+    cases.push_back({.scene = "random", .size = Extent{29, 27}, .method = method, .iterations = 2});
+    cases.push_back({.scene = "ball", .size = Extent{10, 9, 11}, .method = method, .iterations = 2});
+    std::ranges::transform(cases, std::back_inserter(scenes), load_case);
+  }
   const std::string page = browser_page(scenes, run_context(call.line, false), progress);
   write_text(call[page_file], page);
   progress.clear();
@@ -58,9 +73,11 @@ void add_browser(CLI::App& program, Call& call) {
       "Write a page that tests a visitor's GPU.\n"
       "Write a page that tests the GPU of whoever opens it: the thesis's shader in WebGL 2 and a compute\n"
       "shader in WebGPU beside scalar in WebAssembly, every site after every sweep. Needs no network.\n"
-      "Without scenes: those that show most, at 64 x 64.",
-      {scenes_options(false), Options(page_file, nullptr, "hdmbench-browser.html")},
-      {"--methods excludes --method"}, false);
+      "Without scenes: those that show most, at 64 x 64, and small ones with the elastic energy, whose "
+      "steps\n"
+      "are compared with those that scalar made where the page was written.",
+      {scenes_options(), Options(page_file, nullptr, "hdmbench-browser.html")},
+      {"--methods excludes --method"});
 }
 
 } // namespace hdmbench::commands

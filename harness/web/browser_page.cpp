@@ -10,6 +10,7 @@
 #include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/solve/solve.hpp"
+#include "harness/web/elastic_steps.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>
@@ -19,6 +20,10 @@
 #include <shaders/sweep_webgl.hpp>
 #include <web_assets/arithmetic_script.hpp>
 #include <web_assets/compute_script.hpp>
+#include <web_assets/elastic_image_texts.hpp>
+#include <web_assets/elastic_script.hpp>
+#include <web_assets/elastic_volume_texts.hpp>
+#include <web_assets/elastic_wgsl.hpp>
 #include <web_assets/follow_script.hpp>
 #include <web_assets/page_script.hpp>
 #include <web_assets/page_text.hpp>
@@ -27,7 +32,9 @@
 #include <web_assets/sweep_wgsl.hpp>
 #include <web_assets/wgsl_script.hpp>
 
+#include <array>
 #include <initializer_list>
+#include <string_view>
 
 namespace hdmbench {
 
@@ -122,15 +129,29 @@ std::string browser_page(std::span<const Scene> scenes, const Context& context, 
   json data{{"context", context}, {"scenes", json::array()}};
   const auto* const module = reinterpret_cast<const char*>(sources::scalar_module);
   data["scalar"] = report::base64({module, std::size(sources::scalar_module)});
-  data["compute"] = {{"texts", sources::specification_texts}, {"sweep", sources::sweep_wgsl}};
+  for (const auto& [name, texts, wgsl] : std::to_array<std::array<std::string_view, 3>>(
+           {{"sweep", sources::specification_texts, sources::sweep_wgsl},
+            {"elastic 2", sources::elastic_image_texts, sources::elastic_wgsl},
+            {"elastic 3", sources::elastic_volume_texts, sources::elastic_wgsl}})) {
+    data["compute"].push_back({{"name", name}, {"texts", texts}, {"wgsl", wgsl}});
+  }
   data["probe"] = sources::probe_webgl;
   data["arithmetic"] = arithmetic_questions();
   for (const Scene& scene : scenes) {
+    if (scene.energy->is_of_cells()) {
+      data["scenes"].push_back(elastic_steps_of(scene, progress));
+      continue;
+    }
     if (scene.energy->of_sites != &thesis_energy || scene.full.update == Update::sequential) {
       throw InputError(
           fmt::format("{} by {} cannot be compared in a browser: only what goes through the levels once, "
                       "all sites of a set at once",
                       scene.name, scene.schedule.method));
+    }
+    if (scene.extent().axes() == 3) {
+      throw InputError(fmt::format("{} is a volume, which browsers are given with the elastic energy only: "
+                                   "give --energy elastic",
+                                   scene.name));
     }
     progress.describe(fmt::format("{}, {}", scene.name, scene.schedule.method));
     data["scenes"].push_back(data_of(scene));
@@ -141,8 +162,9 @@ std::string browser_page(std::span<const Scene> scenes, const Context& context, 
           report::escape(fmt::format("hdmbench {}, commit {}", context.version, context.commit)));
   fill_in(page, "@DATA@", script_text(data));
   fill_in(page, "@SCRIPT@",
-          fmt::format("{}{}{}{}{}{}", sources::elements_script, sources::follow_script, sources::wgsl_script,
-                      sources::compute_script, sources::arithmetic_script, sources::page_script));
+          fmt::format("{}{}{}{}{}{}{}", sources::elements_script, sources::follow_script,
+                      sources::wgsl_script, sources::compute_script, sources::elastic_script,
+                      sources::arithmetic_script, sources::page_script));
   return page;
 }
 

@@ -1,15 +1,16 @@
-// The sweep as a WebGPU compute shader: a site is an invocation, two buffers take turns.
+// WebGPU: the sweep, of which a site is an invocation and two buffers take turns, and what elastic.js asks.
 
 class ComputeGpu extends Gpu {
   /** Throws an Error that says what the browser lacks. */
-  static async open(code, missing) {
+  static async open(codes, missing) {
     const api = missing.includes("webgpu") ? null : navigator.gpu;
     const adapter = api ? await api.requestAdapter() : null;
     if (!adapter) { throw new Error("this browser has no WebGPU"); }
-    return new ComputeGpu(adapter.info, await adapter.requestDevice(), code);
+    return new ComputeGpu(adapter.info, await adapter.requestDevice(), codes);
   }
 
-  constructor(info, device, code) {
+  /** `codes`: WGSL by name. */
+  constructor(info, device, codes) {
     super();
     this.backend = "webgpu-compute";
     this.language = "WGSL compute shader";
@@ -17,11 +18,31 @@ class ComputeGpu extends Gpu {
     this.driver = "WebGPU";
     this.largest = Math.floor(Math.sqrt(device.limits.maxStorageBufferBindingSize / 16)); // of four floats a site
     this.gpu = device;
-    this.module = device.createShaderModule({ code });
+    this.codes = codes;
+    this.modules = new Map();
+    this.pipelines = new Map();
+    this.module = this.module_of("sweep");
     this.buffers = [];
     this.error = "";
     device.onuncapturederror = (event) => { this.error = this.error || event.error.message; };
     device.lost.then((lost) => { this.error = this.error || "the device was lost: " + lost.message; });
+  }
+
+  module_of(name) {
+    if (!this.modules.has(name)) {
+      this.modules.set(name, this.gpu.createShaderModule({ code: this.codes[name] }));
+      this.pipelines.set(name, new Map());
+    }
+    return this.modules.get(name);
+  }
+
+  /** Those of a module, by what they were made for. */
+  pipelines_of(name) { return this.pipelines.get(name); }
+
+  /** Gives all buffers back. */
+  forget() {
+    this.buffers.forEach((old) => old.destroy());
+    this.buffers = [];
   }
 
   buffer(usage, size, values = null) {
@@ -47,8 +68,7 @@ class ComputeGpu extends Gpu {
   }
 
   load(scene, level) {
-    this.buffers.forEach((old) => old.destroy());
-    this.buffers = [];
+    this.forget();
     const [observation, confidence] = this.pack(level);
     const stored = GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC;
     const [from, seen, sure, to] = [this.image, observation, confidence, null].map((values) =>
@@ -91,10 +111,14 @@ class ComputeGpu extends Gpu {
     return this.fetch(results, this.buffer(GPUBufferUsage.MAP_READ, answers.byteLength), answers);
   }
 
-  async fetch(from, read_to, values) {
+  copy(from, first, to, at, size) {
     const encoder = this.gpu.createCommandEncoder();
-    encoder.copyBufferToBuffer(from, 0, read_to, 0, values.byteLength);
+    encoder.copyBufferToBuffer(from, first, to, at, size);
     this.gpu.queue.submit([encoder.finish()]);
+  }
+
+  async fetch(from, read_to, values) {
+    this.copy(from, 0, read_to, 0, values.byteLength);
     try {
       await read_to.mapAsync(GPUMapMode.READ);
     } catch (error) {

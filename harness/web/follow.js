@@ -227,6 +227,15 @@ function new_row(scene, gpu, mode) {
   };
 }
 
+/** Numbers of a site that are not scalar's; `place` says where the first ones are. */
+function count_difference(row, expected, found, place) {
+  ++row.sites_differing;
+  row.not_finite += found.every(Number.isFinite) ? 0 : 1;
+  const distance = Math.max(...found.map((value, i) => Math.abs(value - expected[i])));
+  row.max_abs_difference = Math.max(row.max_abs_difference, distance);
+  row.first_difference = row.first_difference || { ...place, expected, found, certified: false, gap_over_bound: null };
+}
+
 /** One sweep's field against scalar's. */
 function compare(row, scalar, texels, level, iteration) {
   const sites = level.width * level.height;
@@ -234,15 +243,24 @@ function compare(row, scalar, texels, level, iteration) {
   for (let i = 0; i < sites; ++i) {
     const found = [texels[4 * i], texels[4 * i + 1]];
     if (found[0] === scalar.x[i] && found[1] === scalar.y[i]) { continue; }
-    ++row.sites_differing;
-    row.not_finite += found.every(Number.isFinite) ? 0 : 1;
-    const distance = Math.max(Math.abs(found[0] - scalar.x[i]), Math.abs(found[1] - scalar.y[i]));
-    row.max_abs_difference = Math.max(row.max_abs_difference, distance);
-    row.first_difference = row.first_difference || {
-      level: level.index, iteration, x: i % level.width, y: Math.floor(i / level.width),
-      expected: [scalar.x[i], scalar.y[i]], found, certified: false,
-      gap_over_bound: null
-    };
+    count_difference(row, [scalar.x[i], scalar.y[i]], found,
+      { level: level.index, iteration, x: i % level.width, y: Math.floor(i / level.width) });
+  }
+}
+
+/** `moved`: whether anything had to be computed. */
+function conclude_row(row, moved, exact) {
+  row.sites_drifted = row.uncertified = row.sites_differing;
+  if (row.reason) {
+    row.verdict = "mistrusted";
+  } else if (row.sites_differing + row.counts_differing > 0) {
+    row.verdict = "disagree";
+  } else if (!moved) {
+    row.verdict = "mistrusted";
+    row.reason = "no site ever moved, so a device that does nothing would pass";
+  } else {
+    row.verdict = "agree";
+    row.tier = exact ? "exact" : "bitwise";
   }
 }
 
@@ -274,18 +292,7 @@ async function follow(scalar, gpu, scene, mode, step) {
     }
     await step(row, level);
   }
-  row.sites_drifted = row.uncertified = row.sites_differing;
-  if (row.reason) {
-    row.verdict = "mistrusted";
-  } else if (row.sites_differing > 0) {
-    row.verdict = "disagree";
-  } else if (moves === 0) {
-    row.verdict = "mistrusted";
-    row.reason = "no site ever moved, so a device that does nothing would pass";
-  } else {
-    row.verdict = "agree";
-    row.tier = scene.exact ? "exact" : "bitwise";
-  }
+  conclude_row(row, moves > 0, scene.exact);
   row.fields = { scalar: [Float32Array.from(scalar.x), Float32Array.from(scalar.y)], gpu: Float32Array.from(gpu.texels) };
   return row;
 }

@@ -16,15 +16,16 @@ function conclude(state, sentence) {
 function show_rows(rows) {
   element("rows").replaceChildren(table(rows, [
     { key: (row) => row.scene + (row.method === "icm" ? "" : ", " + row.method), title: "Scene" },
-    { key: size_of, title: "Size" }, { key: "backend", title: "Backend" }, { key: "mode", title: "Mode" }, { key: "sweeps", title: "Sweeps", format: count },
+    { key: size_of, title: "Size" }, { key: "backend", title: "Backend" }, { key: "mode", title: "Mode" }, { key: "sweeps", title: "Sweeps, steps", format: count },
     { key: "sites_compared", title: "Sites compared", format: count },
     { key: "sites_differing", title: "Differing", format: count },
     { key: (row) => (row.verdict === "agree" ? row.tier : row.verdict), title: "Verdict", format: verdict }]));
   element("differences").replaceChildren(...rows.filter((row) => row.first_difference || row.reason).map((row) => {
     const first = row.first_difference;
     return el("p", {}, row.scene + ", " + row.backend + ", " + row.mode + ": " + (row.reason || "") +
-      (first ? " first difference on level " + first.level + ", iteration " + first.iteration + ", x = " + first.x +
-        ", y = " + first.y + ": CPU (" + first.expected.join(", ") + "), GPU (" + first.found.join(", ") + ") px" : ""));
+      (first ? " first difference on level " + first.level + (first.step ? ", step " + first.iteration + ", " + first.step :
+        ", iteration " + first.iteration) + ", x = " + first.x + ", y = " + first.y +
+        (row.depth > 1 ? ", z = " + first.z : "") + ": CPU (" + first.expected.join(", ") + "), GPU (" + first.found.join(", ") + ") px" : ""));
   }));
 }
 
@@ -98,11 +99,11 @@ function judge(rows) {
   }
 }
 
-/** The ways to this browser's GPU; what is not there is said. `code` is WGSL. */
-async function open_gpus(code, missing) {
+/** The ways to this browser's GPU; what is not there is said. `codes` are WGSL. */
+async function open_gpus(codes, missing) {
   const gpus = [];
   const lacks = [];
-  for (const open of [() => new FragmentGpu(element("gpu"), missing), () => ComputeGpu.open(code, missing)]) {
+  for (const open of [() => new FragmentGpu(element("gpu"), missing), () => ComputeGpu.open(codes, missing)]) {
     try {
       gpus.push(await open());
     } catch (error) {
@@ -118,6 +119,7 @@ async function open_gpus(code, missing) {
 /** By name: what is replaced in all shaders, and by what. */
 const plants = {
   tie: ["best = change < lowest ?", "best = change <= lowest ?"], // the last candidate among equals
+  sign: ["displacement + straight * residual;", "displacement - straight * residual;"],
   order: ["(a * b + c * d) + e;", "(a * b + e) + c * d;"],
   word: ["for (int i = 1;", "loop (int i = 1;"] // is not C
 };
@@ -125,8 +127,8 @@ const plants = {
 function plant(name) {
   page_data.probe = page_data.probe.replace(...plants[name]);
   const planted = (text) => text.replace(...plants[name]);
-  page_data.scenes.forEach((scene) => { scene.shader = planted(scene.shader); });
-  page_data.compute.texts = planted(page_data.compute.texts);
+  page_data.scenes.filter((scene) => scene.shader).forEach((scene) => { scene.shader = planted(scene.shader); });
+  page_data.compute.forEach((program) => { program.texts = planted(program.texts); });
 }
 
 async function run() {
@@ -135,24 +137,29 @@ async function run() {
   let gpus = [];
   try {
     if (asked.has("plant")) { plant(asked.get("plant")); }
-    const code = new Wgsl(page_data.compute.texts).translation() + page_data.compute.sweep;
-    gpus = await open_gpus(code, asked.getAll("missing"));
+    const codes = Object.fromEntries(page_data.compute.map(({ name, texts, wgsl }) =>
+      [name, new Wgsl(texts).translation() + wgsl]));
+    gpus = await open_gpus(codes, asked.getAll("missing"));
     for (const gpu of gpus) { arithmetic.push(...await ask(gpu, page_data.arithmetic)); }
     show_arithmetic(arithmetic);
     const bytes = Uint8Array.from(atob(page_data.scalar), (letter) => letter.charCodeAt(0));
     const scalar = new Scalar(await WebAssembly.instantiate(await WebAssembly.compile(bytes), {}));
-    const total = 2 * gpus.length * page_data.scenes.reduce((sum, scene) => sum + scene.levels.length, 0);
+    const parts = (scene) => (scene.levels ? scene.levels.length : 4);
+    const total = 2 * gpus.length * page_data.scenes.reduce((sum, scene) => sum + parts(scene), 0);
     for (const scene of page_data.scenes) {
-      scene.levels.forEach((level) => { level.arrays = floats(level.arrays); });
-      for (const [gpu, mode] of gpus.flatMap((gpu) => [[gpu, "resync"], [gpu, "free"]])) {
-        rows.push(await follow(scalar, gpu, scene, mode, async () => {
-          element("progress").value += 1 / total;
+      (scene.levels || []).forEach((level) => { level.arrays = floats(level.arrays); });
+      // The elastic energy has no fragment shader for browsers.
+      const able = gpus.filter((gpu) => scene.levels || gpu.module_of);
+      for (const [gpu, mode] of able.flatMap((gpu) => [[gpu, "resync"], [gpu, "free"]])) {
+        const go_on = async () => {
+          element("progress").value += (scene.levels ? 1 : parts(scene)) / total;
           await pause();
-        }));
+        };
+        rows.push(scene.levels ? await follow(scalar, gpu, scene, mode, go_on) : await follow_elastic(gpu, scene, mode, go_on));
         rows[rows.length - 1].exact = scene.exact;
         show_rows(rows);
       }
-      if (rows[rows.length - 1].fields) { show_fields(rows[rows.length - 1]); }
+      if (rows.length > 0 && rows[rows.length - 1].fields) { show_fields(rows[rows.length - 1]); }
     }
     judge(rows);
   } catch (error) {

@@ -1,17 +1,20 @@
-// The texts of kernels/specification, after a C preprocessor, as WGSL. They use little of C; an Error names the line of
-// what is not known here.
+// The texts of the kernels, after a C preprocessor, as WGSL. They use little of C; an Error names the line of what is not
+// known here.
 
-const wgsl_types = { float: "f32", int: "i32", bool: "bool" };
-const wgsl_operators = new Set(["+", "-", "*", "/", "<", ">", "<=", ">=", "==", "!=", "&&", "||"]);
+const wgsl_types = { float: "f32", int: "i32", bool: "bool", void: "" };
+/** What binds tighter has a higher rank; equals are grouped from the left. */
+const wgsl_ranks = { "||": 1, "&&": 2, "&": 3, "==": 4, "!=": 4, "<": 5, ">": 5, "<=": 5, ">=": 5, "<<": 6, ">>": 6, "+": 7,
+  "-": 7, "*": 8, "/": 8 };
 /** Names in the texts that WGSL keeps for itself. */
-const wgsl_reserved = new Set(["move", "of", "target"]);
+const wgsl_reserved = new Set(["from", "move", "of", "target"]);
 
 class Wgsl {
   constructor(text) {
     this.lines = text.split("\n");
     this.tokens = this.lines.flatMap((line, number) =>
-      (line.match(/[A-Za-z_]\w*|\d+\.?\d*(?:[eE][-+]?\d+)?|\+\+|[<>=!]=|&&|\|\||\S/g) || []).map((token) => ({ token, number })));
+      (line.match(/[A-Za-z_]\w*|\d+\.?\d*(?:[eE][-+]?\d+)?|\+\+|<<|>>|[-+<>=!]=|&&|\|\||\S/g) || []).map((token) => ({ token, number })));
     this.types = { ...wgsl_types };
+    this.changed = new Set(); // variables that a function assigns to, or to what is in them
     this.at = 0;
   }
 
@@ -47,13 +50,15 @@ class Wgsl {
     return this.types[this.next()];
   }
 
-  /** "name: type" of a variable whose type C has before and an array's length behind the name. */
+  /** "name: type" of a variable whose type C has before and an array's lengths behind the name. */
   variable(type) {
     const name = this.name();
-    if (!this.skip("[")) { return name + ": " + type; }
-    const length = this.expression();
-    this.take("]");
-    return name + ": array<" + type + ", " + length + ">";
+    const lengths = [];
+    while (this.skip("[")) {
+      lengths.push(this.expression());
+      this.take("]");
+    }
+    return name + ": " + lengths.reduceRight((of, length) => "array<" + of + ", " + length + ">", type);
   }
 
   /** What stands between commas until `end`. */
@@ -66,19 +71,29 @@ class Wgsl {
     return items.join(", ");
   }
 
-  /** Both languages rank the operators that are known here alike, and both group equal ones from the left: only ?: is
-      written in another order. */
+  /** WGSL wants brackets where C knows ranks, writes ?: in another order, and shifts by unsigned numbers. */
   expression() {
-    let text = this.operand();
-    while (wgsl_operators.has(this.peek())) { text += " " + this.next() + " " + this.operand(); }
+    const text = this.binary(1);
     if (!this.skip("?")) { return text; }
     const yes = this.expression();
     this.take(":");
     return "select(" + this.expression() + ", " + yes + ", " + text + ")";
   }
 
+  /** What is bound by operators of this rank or a higher one. */
+  binary(least) {
+    let text = this.operand();
+    while (wgsl_ranks[this.peek()] >= least) {
+      const operator = this.next();
+      const right = this.binary(wgsl_ranks[operator] + 1);
+      text = "(" + text + " " + operator + " " + (/<<|>>/.test(operator) ? "u32(" + right + ")" : right) + ")";
+    }
+    return text;
+  }
+
   operand() {
     if (this.skip("-")) { return "-" + this.operand(); }
+    if (this.skip("!")) { return "!" + this.operand(); }
     if (this.skip("(")) {
       const inner = this.expression();
       this.take(")");
@@ -104,13 +119,19 @@ class Wgsl {
     }
   }
 
-  /** A declaration, an assignment or ++name, without what ends it. */
+  /** Declarations, assignments, ++name or a call, without what ends them: those that stand between commas. */
   simple() {
-    if (this.skip("++")) { return this.name() + "++"; }
     this.skip("const");
-    const declares = Object.hasOwn(this.types, this.peek());
-    const left = declares ? "var " + this.variable(this.type()) : this.place(this.name());
-    return this.skip("=") ? left + " = " + this.expression() : left;
+    const type = Object.hasOwn(this.types, this.peek()) ? this.type() : null;
+    const parts = [];
+    do {
+      const steps = this.skip("++");
+      const left = type ? "var " + this.variable(type) : this.place(this.name());
+      const operator = steps ? "++" : ["=", "+=", "-="].find((one) => this.skip(one));
+      if (operator && !type) { this.changed.add(left.match(/\w+/)[0]); }
+      parts.push(operator === "++" ? left + "++" : operator ? left + " " + operator + " " + this.expression() : left);
+    } while (this.skip(","));
+    return parts;
   }
 
   in_brackets() {
@@ -128,15 +149,16 @@ class Wgsl {
     if (this.skip("while")) { return "while" + this.in_brackets() + this.block(); }
     if (this.skip("for")) {
       this.take("(");
-      const parts = [this.simple()];
+      const before = this.simple();
       this.take(";");
-      parts.push(this.expression());
+      const goes_on = this.expression();
       this.take(";");
-      parts.push(this.simple());
+      const after = this.simple();
       this.take(")");
-      return "for (" + parts.join("; ") + ") " + this.block();
+      const loop = "for (" + before.shift() + "; " + goes_on + "; " + after.join(", ") + ") " + this.block();
+      return before.length > 0 ? "{\n" + before.join(";\n") + ";\n" + loop + "}\n" : loop;
     }
-    const text = this.skip("return") ? "return " + this.expression() : this.simple();
+    const text = this.skip("return") ? "return " + this.expression() : this.simple().join(";\n");
     this.take(";");
     return text + ";\n";
   }
@@ -170,15 +192,30 @@ class Wgsl {
     return text + " = " + value + ";\n";
   }
 
+  /** Of a variable or a function. Parameters cannot be assigned to: those that are become variables. */
   definition() {
     const type = this.type();
+    if (this.peek(1) === ";") {
+      const variable = "var<private> " + this.variable(type) + ";\n";
+      this.take(";");
+      return variable;
+    }
     const name = this.name();
     this.take("(");
-    const parameters = this.list(")", () => {
+    const names = [];
+    let parameters = this.list(")", () => {
       this.skip("const");
-      return this.variable(this.type());
+      const parameter = this.variable(this.type());
+      names.push(parameter.match(/\w+/)[0]);
+      return parameter;
     });
-    return "fn " + name + "(" + parameters + ") -> " + type + " " + this.block();
+    this.changed.clear();
+    let block = this.block();
+    for (const changed of names.filter((one) => this.changed.has(one))) {
+      parameters = parameters.replace(new RegExp("\\b" + changed + ":"), changed + "_given:");
+      block = block.replace("{\n", "{\nvar " + changed + " = " + changed + "_given;\n");
+    }
+    return "fn " + name + "(" + parameters + ")" + (type ? " -> " + type : "") + " " + block;
   }
 
   translation() {

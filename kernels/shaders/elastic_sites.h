@@ -1,6 +1,6 @@
 // Steps of the elastic energy on all sites of a level, of images and of volumes, as every kind of GLSL from
-// 4.30 on and as OpenCL C. An image is a volume without the middle axis: x runs along a row, z from row to
-// row, and y is 0. The includer supplies the macros of the specification and
+// 4.30 on, as OpenCL C and as WGSL. An image is a volume without the middle axis: x runs along a row, z from
+// row to row, and y is 0. The includer supplies the macros of the specification and
 //
 // - HDM_AXES: 2, an image, or 3, a volume.
 // - STEP, HAS_LOAD, IS_IMAGE, BY_LIST, BOXES, HALVED: the numbers of an ElasticKernel.

@@ -1,0 +1,111 @@
+// Follows the steps of the elastic energy on WebGPU: what a device was told where the page was written, and what every step
+// makes by scalar there (elastic_steps.cpp).
+
+/** The bytes of base64 text. */
+function bytes_of(text) { return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)); }
+
+/** A scene's arrays on a ComputeGpu, and what is done to them. */
+class ElasticArrays {
+  constructor(gpu, scene) {
+    gpu.forget();
+    this.gpu = gpu;
+    this.module = gpu.module_of("elastic " + scene.axes);
+    this.pipelines = gpu.pipelines_of("elastic " + scene.axes);
+    this.arrays = scene.arrays.map((size) => gpu.buffer(GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC, size));
+    this.before = gpu.buffer(GPUBufferUsage.STORAGE, Math.max(...scene.arrays)); // of an array that is changed
+    this.told = gpu.buffer(GPUBufferUsage.UNIFORM, 128);
+  }
+
+  write(array, first, bytes) { this.gpu.gpu.queue.writeBuffer(this.arrays[array], first, bytes); }
+
+  do(told) {
+    if (told.words) {
+      this.dispatch(told);
+    } else {
+      this.write(told.array, told.first, told.zeros ? new Uint8Array(told.zeros) : bytes_of(told.bytes));
+    }
+  }
+
+  dispatch({ constants, arrays, words, groups }) {
+    const { TOGETHER, ROWS, COLUMNS, ...own } = constants; // the text has these
+    const name = JSON.stringify(own);
+    if (!this.pipelines.has(name)) {
+      this.pipelines.set(name, this.gpu.gpu.createComputePipeline({ layout: "auto",
+        compute: { module: this.module, entryPoint: "elastic_step", constants: own } }));
+    }
+    const pipeline = this.pipelines.get(name);
+    // Levels lie one after the other in an array, and WebGPU takes none that is stored to and fetched from elsewhere.
+    const stored = arrays.find(([binding]) => binding === 0)[1];
+    const is_both = arrays.some(([binding, array]) => binding > 0 && array === stored);
+    if (is_both) { this.gpu.copy(this.arrays[stored], 0, this.before, 0, this.arrays[stored].size); }
+    const bound = [[15, this.told], ...arrays.filter(([binding]) => elastic_bindings.has(binding)).map(([binding, array]) =>
+      [binding, binding > 0 && array === stored ? this.before : this.arrays[array]])];
+    const group = this.gpu.gpu.createBindGroup({ layout: pipeline.getBindGroupLayout(0),
+      entries: bound.map(([binding, buffer]) => ({ binding, resource: { buffer } })) });
+    const one = 0x3f800000; // elastic.wgsl says why
+    this.gpu.gpu.queue.writeBuffer(this.told, 0, Int32Array.from({ length: 32 }, (_, i) => (i === 31 ? one : words[i] || 0)));
+    this.gpu.dispatch(pipeline, group, ...groups);
+  }
+}
+/** Those that elastic.wgsl has. */
+const elastic_bindings = new Set([0, 4, 7, 8, 10, 11, 12, 13]);
+
+/** One step's sites against scalar's. `found` has what `made` has, one plane after the other. Returns whether anything had to
+    be computed. */
+function compare_step(row, step, number, found) {
+  const [width, height, depth] = step.sites;
+  const planes = step.made.map((plane) => plane.expected);
+  if (step.step === "dot product") {
+    row.counts_differing += planes[0][0] === found[0] ? 0 : 1;
+    return true;
+  }
+  let first = 0;
+  const of_device = planes.map((expected) => found.subarray(first, first += expected.length));
+  for (let i = 0; i < width * height * depth; ++i) {
+    const [x, y, z] = [i % width, Math.floor(i / width) % height, Math.floor(i / (width * height))];
+    const at = z * step.layer + y * step.pitch + x;
+    if (planes.every((expected, k) => expected[at] === of_device[k][at])) { continue; }
+    const [wanted, got] = [planes, of_device].map((all) => all.map((plane) => plane[at]));
+    count_difference(row, wanted, got, { level: step.level, iteration: number, step: step.step, x, y, z });
+  }
+  row.sites_compared += width * height * depth;
+  row.sweeps += 1;
+  return planes.some((expected) => expected.some((value) => value !== 0));
+}
+
+/** Follows a scene in one mode: in "resync" a step's field is scalar's as soon as it was kept to be compared. `step` is called
+    now and then and may wait. Returns the row. */
+async function follow_elastic(gpu, scene, mode, step) {
+  const row = { ...new_row(scene, gpu, mode), depth: scene.depth };
+  const device = new ElasticArrays(gpu, scene);
+  const planes = scene.steps.flatMap((one) => one.made);
+  planes.forEach((plane) => { plane.expected ??= floats(plane.bytes); });
+  const all = new Float32Array(planes.reduce((sum, plane) => sum + plane.expected.length, 0));
+  const kept = gpu.buffer(GPUBufferUsage.COPY_SRC, all.byteLength);
+  const read_to = gpu.buffer(GPUBufferUsage.MAP_READ, all.byteLength);
+  let at = 0;
+  for (const one of scene.steps) {
+    one.told.forEach((told) => device.do(told));
+    for (const plane of one.made) {
+      const size = plane.expected.byteLength;
+      gpu.copy(device.arrays[plane.array], plane.first, kept, at, size);
+      if (mode === "resync") { device.write(plane.array, plane.first, plane.expected); }
+      at += size;
+    }
+  }
+  await gpu.fetch(kept, read_to, all);
+  let number = 0;
+  let first = 0;
+  let moves = false;
+  for (const one of scene.steps) {
+    number += 1;
+    const length = one.made.reduce((sum, plane) => sum + plane.expected.length, 0);
+    moves = compare_step(row, one, number, all.subarray(first, first + length)) || moves;
+    first += length;
+    row.levels = Math.max(row.levels, one.level + 1);
+  }
+  row.iterations = number;
+  await step();
+  conclude_row(row, moves, false);
+  return row;
+}
