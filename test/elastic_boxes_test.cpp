@@ -292,6 +292,12 @@ dy = 1.0
   EXPECT_THAT(test::refusal([&] { (void)load_scene(write("b.toml", text).string()); }),
               HasSubstr("b.toml:2: spacing has other sides along the axes, which the elastic energy alone "
                         "knows; give energy = \"elastic\", or one number"));
+  EXPECT_THAT(
+      test::refusal([&] {
+        (void)load_scene(write("c.toml", "energy = \"elastic\"\n" + text).string(), {.as_cubes = true});
+      }),
+      HasSubstr("c.toml:3: spacing has other sides along the axes, and this command compares with the "
+                "thesis's energy, which knows none; give one number"));
 }
 
 } // namespace

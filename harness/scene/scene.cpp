@@ -146,8 +146,10 @@ Content read_content(TomlReader& scene, TomlReader& image, const SceneText& file
   return scene.has("shape") ? read_shapes_content(scene, *size) : Content{};
 }
 
-/// Reads the side of a pixel, or of a shape's pixels each of its sides.
-void read_spacing(TomlReader& scene, std::size_t axes, bool takes_boxes, Content& content) {
+/// Reads the side of a pixel, or of a shape's pixels each of its sides. `is_for_cubes`: of a scene whose
+/// energy would take boxes.
+void read_spacing(TomlReader& scene, std::size_t axes, bool takes_boxes, bool is_for_cubes,
+                  Content& content) {
   if (!scene.is_list("spacing")) {
     scene.read("spacing", content.spacing);
     return;
@@ -162,8 +164,10 @@ void read_spacing(TomlReader& scene, std::size_t axes, bool takes_boxes, Content
                                       std::ranges::max(sides) / content.spacing, most_oblong));
   }
   if (!takes_boxes && content.placement != Placement{}) {
-    scene.fail("spacing", "has other sides along the axes, which the elastic energy alone knows; give "
-                          "energy = \"elastic\", or one number");
+    scene.fail("spacing", is_for_cubes ? "has other sides along the axes, and this command compares with the "
+                                         "thesis's energy, which knows none; give one number"
+                                       : "has other sides along the axes, which the elastic energy alone "
+                                         "knows; give energy = \"elastic\", or one number");
   }
 }
 
@@ -256,7 +260,7 @@ Scene build(const toml::table& root, const SceneText& file, const SceneOptions& 
   content.knows_millimetres = reader.has("spacing") || reader.has("brain") ||
                               (reader.has("image") && content.grid.stated != Stated::nothing);
   if (!reader.has("image")) { // an image has seen it
-    read_spacing(reader, full.extent.axes(), takes_boxes, content);
+    read_spacing(reader, full.extent.axes(), takes_boxes, to_be.takes_boxes && !takes_boxes, content);
   }
   scene.spacing = content.spacing;
   may_end_here();
