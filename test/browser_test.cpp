@@ -85,8 +85,9 @@ TEST_F(Browser, RunsEveryRuleByWebGpu) {
 }
 
 TEST_F(Browser, FollowsTheStepsOfTheElasticEnergy) {
-  for (const std::string scene : {"random --size 19x14", "ball --size 8x9x7"}) {
-    const std::string what = scene + " --energy elastic --iterations 2";
+  for (const std::string scene :
+       {"random --size 19x14 --iterations 2", "cube --size 5x6x5 --law neo-hookean"}) {
+    const std::string what = scene + " --energy elastic";
     write_page(what);
     const json found = results();
     const auto verified = folder() / "verified.json";
@@ -104,18 +105,27 @@ TEST_F(Browser, FollowsTheStepsOfTheElasticEnergy) {
 }
 
 TEST_F(Browser, NamesTheStepOfTheElasticEnergyThatDiffers) {
-  write_page("random --size 19x14 --energy elastic --iterations 2");
-  const json found = results("plant=sign");
-  ASSERT_EQ(found["results"].size(), 2U);
-  for (const json& row : found["results"]) {
-    EXPECT_EQ(row["verdict"], "disagree") << row.dump();
-    EXPECT_EQ(row["first_difference"]["step"], "sweep") << row.dump();
+  write_page("square --size 12x11 --energy elastic --law neo-hookean");
+  for (const auto& [plant, step] : {std::pair{"sign", "sweep"}, {"stress", "forces of laws"}}) {
+    const json found = results(std::string("plant=") + plant);
+    ASSERT_EQ(found["results"].size(), 2U);
+    for (const json& row : found["results"]) {
+      EXPECT_EQ(row["verdict"], "disagree") << row.dump();
+      EXPECT_EQ(row["first_difference"]["step"], step) << row.dump();
+    }
+    std::ofstream(folder() / "browser.json") << found;
   }
-  std::ofstream(folder() / "browser.json") << found;
   test::expect_run(0,
                    "report " + (folder() / "browser.json").string() + " --output " +
                        (folder() / "report.html").string(),
-                   HasSubstr("disagree with scalar: webgpu-compute on random"));
+                   HasSubstr("disagree with scalar: webgpu-compute on square"));
+}
+
+TEST_F(Browser, HasNoPageOfMoreThanItShouldHave) {
+  const std::string page = " --output " + (folder() / "page.html").string();
+  test::expect_run(2, "browser ball --energy elastic" + page,
+                   HasSubstr("more than 32 MB: take a smaller --size"));
+  test::expect_run(2, "browser ball" + page, HasSubstr("ball is a volume"));
 }
 
 TEST_F(Browser, SeesAPlantedFault) {

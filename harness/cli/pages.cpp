@@ -22,15 +22,35 @@ int run_report(Call& call) {
   return success;
 }
 
+#ifdef HDMBENCH_WITH_BROWSER
+/// Small scenes with the elastic energy, in which all of its kernels are: a page has all of their steps with
+/// what these make.
+std::vector<Scene> elastic_scenes() {
+  std::vector<Case> cases = box_cases(2);
+  cases.front().size = Extent{25, 23};
+  cases.back().size = Extent{9, 10, 8};
+  const std::string method(elastic_conjugate_gradients);
+  cases.push_back({.scene = "random", .size = Extent{29, 27}, .method = method, .iterations = 2});
+  cases.push_back({.scene = "ball", .size = Extent{10, 9, 11}, .method = method, .iterations = 2});
+  std::vector<Scene> scenes;
+  std::ranges::transform(cases, std::back_inserter(scenes), load_case);
+  const RegisteredEnergy& energy = energy_of(find_method(method));
+  for (const auto& [name, size] : {std::pair{"square", Extent{12, 11}}, {"cube", Extent{5, 6, 5}}}) {
+    scenes.push_back(load_scene(name, {.size = size, .law = "neo-hookean", .energy = &energy}));
+    use_energy(scenes.back(), energy);
+  }
+  return scenes;
+}
+#endif
+
 int write_page([[maybe_unused]] Call& call) {
 #ifdef HDMBENCH_WITH_BROWSER
   require_writable(call[page_file]);
-  // The page has all steps of the elastic energy with what they make: a few of a small scene show each
-  // kernel.
+  call.schedule.takes_boxes = true;
   const bool is_usual = call[option::scenes].empty() && call[option::sizes].empty() &&
-                        call[option::methods].empty() && call.schedule.given.empty() &&
-                        call.schedule.energy == nullptr;
-  if (call[option::sizes].empty()) {
+                        call[option::methods].empty() && call[option::law].empty() &&
+                        call.schedule.given.empty() && call.schedule.energy == nullptr;
+  if (call[option::scenes].empty() && call[option::sizes].empty()) {
     call[option::sizes] = {"64"};
   }
   Progress progress;
@@ -38,13 +58,7 @@ int write_page([[maybe_unused]] Call& call) {
   std::vector<Scene> scenes =
       load_scenes(call, {"exact-textures", "exact-pyramid", "tie-rich", "random", "square", "brain"});
   if (is_usual) {
-    std::vector<Case> cases = box_cases(2);
-    cases.front().size = Extent{25, 23};
-    cases.back().size = Extent{9, 10, 8};
-    const std::string method(elastic_conjugate_gradients);
-    cases.push_back({.scene = "random", .size = Extent{29, 27}, .method = method, .iterations = 2});
-    cases.push_back({.scene = "ball", .size = Extent{10, 9, 11}, .method = method, .iterations = 2});
-    std::ranges::transform(cases, std::back_inserter(scenes), load_case);
+    std::ranges::move(elastic_scenes(), std::back_inserter(scenes));
   }
   const std::string page = browser_page(scenes, run_context(call.line, false), progress);
   write_text(call[page_file], page);
@@ -76,7 +90,7 @@ void add_browser(CLI::App& program, Call& call) {
       "Without scenes: those that show most, at 64 x 64, and small ones with the elastic energy, whose "
       "steps\n"
       "are compared with those that scalar made where the page was written.",
-      {scenes_options(), Options(page_file, nullptr, "hdmbench-browser.html")},
+      {scenes_options(), option::law, Options(page_file, nullptr, "hdmbench-browser.html")},
       {"--methods excludes --method"});
 }
 

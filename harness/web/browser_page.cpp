@@ -25,6 +25,9 @@
 #include <web_assets/elastic_volume_texts.hpp>
 #include <web_assets/elastic_wgsl.hpp>
 #include <web_assets/follow_script.hpp>
+#include <web_assets/laws_image_texts.hpp>
+#include <web_assets/laws_volume_texts.hpp>
+#include <web_assets/laws_wgsl.hpp>
 #include <web_assets/page_script.hpp>
 #include <web_assets/page_text.hpp>
 #include <web_assets/scalar_module.hpp>
@@ -132,7 +135,9 @@ std::string browser_page(std::span<const Scene> scenes, const Context& context, 
   for (const auto& [name, texts, wgsl] : std::to_array<std::array<std::string_view, 3>>(
            {{"sweep", sources::specification_texts, sources::sweep_wgsl},
             {"elastic 2", sources::elastic_image_texts, sources::elastic_wgsl},
-            {"elastic 3", sources::elastic_volume_texts, sources::elastic_wgsl}})) {
+            {"elastic 3", sources::elastic_volume_texts, sources::elastic_wgsl},
+            {"laws 2", sources::laws_image_texts, sources::laws_wgsl},
+            {"laws 3", sources::laws_volume_texts, sources::laws_wgsl}})) {
     data["compute"].push_back({{"name", name}, {"texts", texts}, {"wgsl", wgsl}});
   }
   data["probe"] = sources::probe_webgl;

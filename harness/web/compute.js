@@ -31,13 +31,22 @@ class ComputeGpu extends Gpu {
   module_of(name) {
     if (!this.modules.has(name)) {
       this.modules.set(name, this.gpu.createShaderModule({ code: this.codes[name] }));
-      this.pipelines.set(name, new Map());
     }
     return this.modules.get(name);
   }
 
-  /** Those of a module, by what they were made for. */
-  pipelines_of(name) { return this.pipelines.get(name); }
+  /** The program of this name with these constants, and the bindings that it has. */
+  pipeline_of(name, constants) {
+    const key = name + JSON.stringify(constants);
+    if (!this.pipelines.has(key)) {
+      this.pipelines.set(key, {
+        pipeline: this.gpu.createComputePipeline({ layout: "auto",
+          compute: { module: this.module_of(name), entryPoint: "take_step", constants } }),
+        bindings: new Set([...this.codes[name].matchAll(/@binding\((\d+)\)/g)].map((match) => Number(match[1])))
+      });
+    }
+    return this.pipelines.get(key);
+  }
 
   /** Gives all buffers back. */
   forget() {

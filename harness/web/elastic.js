@@ -9,8 +9,6 @@ class ElasticArrays {
   constructor(gpu, scene) {
     gpu.forget();
     this.gpu = gpu;
-    this.module = gpu.module_of("elastic " + scene.axes);
-    this.pipelines = gpu.pipelines_of("elastic " + scene.axes);
     this.arrays = scene.arrays.map((size) => gpu.buffer(GPUBufferUsage.STORAGE | GPUBufferUsage.COPY_SRC, size));
     this.before = gpu.buffer(GPUBufferUsage.STORAGE, Math.max(...scene.arrays)); // of an array that is changed
     this.told = gpu.buffer(GPUBufferUsage.UNIFORM, 128);
@@ -26,19 +24,14 @@ class ElasticArrays {
     }
   }
 
-  dispatch({ constants, arrays, words, groups }) {
-    const { TOGETHER, ROWS, COLUMNS, ...own } = constants; // the text has these
-    const name = JSON.stringify(own);
-    if (!this.pipelines.has(name)) {
-      this.pipelines.set(name, this.gpu.gpu.createComputePipeline({ layout: "auto",
-        compute: { module: this.module, entryPoint: "elastic_step", constants: own } }));
-    }
-    const pipeline = this.pipelines.get(name);
+  dispatch({ program, constants, arrays, words, groups }) {
+    const { TOGETHER, ROWS, COLUMNS, ...own } = constants; // the texts have these
+    const { pipeline, bindings } = this.gpu.pipeline_of(program, own);
     // Levels lie one after the other in an array, and WebGPU takes none that is stored to and fetched from elsewhere.
     const stored = arrays.find(([binding]) => binding === 0)[1];
     const is_both = arrays.some(([binding, array]) => binding > 0 && array === stored);
     if (is_both) { this.gpu.copy(this.arrays[stored], 0, this.before, 0, this.arrays[stored].size); }
-    const bound = [[15, this.told], ...arrays.filter(([binding]) => elastic_bindings.has(binding)).map(([binding, array]) =>
+    const bound = [[15, this.told], ...arrays.filter(([binding]) => bindings.has(binding)).map(([binding, array]) =>
       [binding, binding > 0 && array === stored ? this.before : this.arrays[array]])];
     const group = this.gpu.gpu.createBindGroup({ layout: pipeline.getBindGroupLayout(0),
       entries: bound.map(([binding, buffer]) => ({ binding, resource: { buffer } })) });
@@ -47,8 +40,18 @@ class ElasticArrays {
     this.gpu.dispatch(pipeline, group, ...groups);
   }
 }
-/** Those that elastic.wgsl has. */
-const elastic_bindings = new Set([0, 4, 7, 8, 10, 11, 12, 13]);
+
+/** Whether the first of the cells that have kept least of their volume is scalar's; `kept` has the bits of a share and a site
+    for each work item. */
+function is_least({ share, site }, kept) {
+  const share_of = (bits) => new Float32Array(Int32Array.of(bits).buffer)[0];
+  let least = [0x7f800000, 0];
+  for (let i = 0; i < kept.length; i += 2) {
+    const order = share_of(kept[i]) - share_of(least[0]);
+    if (order < 0 || (kept[i] === least[0] && kept[i + 1] < least[1])) { least = [kept[i], kept[i + 1]]; }
+  }
+  return least[0] === share && least[1] === site;
+}
 
 /** One step's sites against scalar's. `found` has what `made` has, one plane after the other. Returns whether anything had to
     be computed. */
@@ -78,9 +81,10 @@ function compare_step(row, step, number, found) {
 async function follow_elastic(gpu, scene, mode, step) {
   const row = { ...new_row(scene, gpu, mode), depth: scene.depth };
   const device = new ElasticArrays(gpu, scene);
-  const planes = scene.steps.flatMap((one) => one.made);
-  planes.forEach((plane) => { plane.expected ??= floats(plane.bytes); });
-  const all = new Float32Array(planes.reduce((sum, plane) => sum + plane.expected.length, 0));
+  scene.steps.forEach((one) => one.made.forEach((plane) => { plane.expected ??= floats(plane.bytes); }));
+  const length_of = (one) => one.made.reduce((sum, plane) => sum + plane.expected.length, 0);
+  const with_least = (one) => length_of(one) + (one.least ? one.least.size / 4 : 0);
+  const all = new Float32Array(scene.steps.reduce((sum, one) => sum + with_least(one), 0));
   const kept = gpu.buffer(GPUBufferUsage.COPY_SRC, all.byteLength);
   const read_to = gpu.buffer(GPUBufferUsage.MAP_READ, all.byteLength);
   let at = 0;
@@ -92,6 +96,10 @@ async function follow_elastic(gpu, scene, mode, step) {
       if (mode === "resync") { device.write(plane.array, plane.first, plane.expected); }
       at += size;
     }
+    if (one.least) {
+      gpu.copy(device.arrays[one.least.array], 0, kept, at, one.least.size);
+      at += one.least.size;
+    }
   }
   await gpu.fetch(kept, read_to, all);
   let number = 0;
@@ -99,9 +107,10 @@ async function follow_elastic(gpu, scene, mode, step) {
   let moves = false;
   for (const one of scene.steps) {
     number += 1;
-    const length = one.made.reduce((sum, plane) => sum + plane.expected.length, 0);
-    moves = compare_step(row, one, number, all.subarray(first, first + length)) || moves;
-    first += length;
+    const end = first + length_of(one);
+    moves = compare_step(row, one, number, all.subarray(first, end)) || moves;
+    first += with_least(one);
+    if (one.least && !is_least(one.least, new Int32Array(all.buffer, 4 * end, first - end))) { row.counts_differing += 1; }
     row.levels = Math.max(row.levels, one.level + 1);
   }
   row.iterations = number;

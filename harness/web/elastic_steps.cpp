@@ -25,11 +25,7 @@ namespace {
 using nlohmann::json;
 
 /// Base64 of all steps of a scene.
-constexpr std::size_t most_bytes = std::size_t{64} << 20;
-
-std::string base64_of_bytes(std::span<const std::byte> bytes) {
-  return report::base64({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
-}
+constexpr std::size_t most_bytes = std::size_t{32} << 20;
 
 /// What a device is told.
 struct Paper {
@@ -40,9 +36,22 @@ struct Paper {
     std::vector<std::byte> bytes;
   };
 
+  /// Throws InputError where all would be too much.
+  std::string base64(std::span<const std::byte> numbers) {
+    std::string text = report::base64({reinterpret_cast<const char*>(numbers.data()), numbers.size()});
+    bytes += text.size();
+    if (bytes > most_bytes) {
+      throw InputError(fmt::format("a page with all steps of this scene would have more than {} MB: take a "
+                                   "smaller --size or fewer --iterations",
+                                   most_bytes >> 20));
+    }
+    return text;
+  }
+
   json arrays = json::array(); ///< how many bytes each has
   json told = json::array();
   std::vector<Passed>* passed = nullptr; ///< where they go that are written in place of `told`
+  std::size_t bytes = 0;                 ///< of all base64
   std::vector<Passed> read;              ///< all zeros: nothing is computed
 };
 
@@ -83,7 +92,7 @@ public:
     if (paper_.passed != nullptr) {
       paper_.passed->push_back({number_of(to), first, {values.begin(), values.end()}});
     } else {
-      paper_.told.push_back({{"array", number_of(to)}, {"first", first}, {"bytes", base64_of_bytes(values)}});
+      paper_.told.push_back({{"array", number_of(to)}, {"first", first}, {"bytes", paper_.base64(values)}});
     }
   }
   void read(const Array& from, std::size_t first, std::span<std::byte> values) override {
@@ -112,9 +121,9 @@ private:
     paper_.told.push_back({{"array", number_of(*fill.array)}, {"first", fill.first}, {"zeros", fill.bytes}});
   }
   void tell(const Dispatch& dispatch) {
+    const ProgramKind& kind = static_cast<const PaperProgram*>(dispatch.program)->kind;
     json constants;
-    for (const ProgramKind::Constant& one :
-         static_cast<const PaperProgram*>(dispatch.program)->kind.constants) {
+    for (const ProgramKind::Constant& one : kind.constants) {
       constants[std::string(one.name)] = one.value;
     }
     json arrays = json::array();
@@ -123,7 +132,9 @@ private:
         arrays.push_back({number, number_of(*dispatch.arrays[number])});
       }
     }
-    paper_.told.push_back({{"constants", std::move(constants)},
+    const char* const text = kind.kernel == Kernel::laws ? "laws" : "elastic";
+    paper_.told.push_back({{"program", fmt::format("{} {}", text, kind.axes)},
+                           {"constants", std::move(constants)},
                            {"arrays", std::move(arrays)},
                            {"words", std::span(dispatch.words).first(dispatch.word_count)},
                            {"groups", {dispatch.groups.width, dispatch.groups.height}}});
@@ -148,16 +159,23 @@ public:
     device_->take(step);
     VectorField none;
     device_->read(step.made_on(), step.to, none); // so that the device is told all
-    json told = std::exchange(paper_.told, json::array());
-    std::vector<Paper::Passed> made;
-    paper_.passed = &made;
-    device_->write(step.made_on(), step.to, expected);
-    paper_.passed = nullptr;
-    const ElasticLayout::Part part = ElasticLayout::alone(expected.extent);
-    keep(step.name(), step.made_on(), std::move(told), made,
-         {{"sites", {part.sites.width, part.sites.height, part.sites.depth}},
-          {"pitch", part.pitch},
-          {"layer", part.layer}});
+    keep(step.name(), step.made_on(), step.to, expected);
+  }
+  /// As verify does: all that devices compute of these is compared.
+  bool has_own_laws() const override { return true; }
+  std::optional<LeastVolume> law_forces(const LawForces& tissues, const VectorField& displacement,
+                                        VectorField& force) override {
+    const LeastVolume least = tissues(displacement, force);
+    VectorField none;
+    paper_.read.clear();
+    static_cast<void>(device_->law_forces(tissues, displacement, none));
+    const Paper::Passed shares = paper_.read.at(0); // what has kept least, by work items, and their sites
+    keep("forces of laws", 0, ElasticField::image, force);
+    steps_.back()["least"] = {{"array", shares.array},
+                              {"size", shares.bytes.size()},
+                              {"share", std::bit_cast<std::int32_t>(static_cast<float>(least.share))},
+                              {"site", least.site}};
+    return least;
   }
   void read(int level, ElasticField field, VectorField& values) const override {
     reference_.read(level, field, values);
@@ -169,8 +187,7 @@ public:
     Paper::Passed made = paper_.read.at(0);
     const auto bytes = std::bit_cast<std::array<std::byte, sizeof expected>>(expected);
     made.bytes.assign(bytes.begin(), bytes.end());
-    keep("dot product", 0, std::exchange(paper_.told, json::array()), {made},
-         {{"sites", {1, 1, 1}}, {"pitch", 1}, {"layer", 1}});
+    keep("dot product", 0, {made}, ElasticLayout::Part{.sites = {1, 1}, .pitch = 1, .layer = 1});
     return expected;
   }
 
@@ -183,20 +200,29 @@ private:
     device_->load(hierarchy);
   }
 
-  /// `place` says where in each plane of `made` the sites of a field are.
-  void keep(std::string_view name, int level, json told, const std::vector<Paper::Passed>& made,
-            json place) const {
-    json step{{"step", name}, {"level", level}, {"told", std::move(told)}, {"made", json::array()}};
-    step.update(place);
+  /// Keeps what the device was told and that it has to make a field of.
+  void keep(std::string_view name, int level, ElasticField field, const VectorField& expected) {
+    json told = std::exchange(paper_.told, json::array());
+    std::vector<Paper::Passed> made;
+    paper_.passed = &made;
+    device_->write(level, field, expected);
+    paper_.passed = nullptr;
+    paper_.told = std::move(told);
+    keep(name, level, made, ElasticLayout::alone(expected.extent));
+  }
+  /// `part` says where in each plane of `made` the sites of a field are, but for the first.
+  void keep(std::string_view name, int level, const std::vector<Paper::Passed>& made,
+            const ElasticLayout::Part& part) const {
+    json step{{"step", name},
+              {"level", level},
+              {"told", std::exchange(paper_.told, json::array())},
+              {"made", json::array()},
+              {"sites", {part.sites.width, part.sites.height, part.sites.depth}},
+              {"pitch", part.pitch},
+              {"layer", part.layer}};
     for (const Paper::Passed& plane : made) {
       step["made"].push_back(
-          {{"array", plane.array}, {"first", plane.first}, {"bytes", base64_of_bytes(plane.bytes)}});
-      bytes_ += plane.bytes.size() * 4 / 3;
-    }
-    if (bytes_ > most_bytes) {
-      throw InputError(fmt::format("a page with all steps of this scene would have more than {} MB: take a "
-                                   "smaller --size or fewer --iterations",
-                                   most_bytes >> 20));
+          {{"array", plane.array}, {"first", plane.first}, {"bytes", paper_.base64(plane.bytes)}});
     }
     steps_.push_back(std::move(step));
   }
@@ -205,12 +231,15 @@ private:
   mutable Paper paper_;
   std::unique_ptr<ElasticSession> device_;
   mutable json steps_ = json::array();
-  mutable std::size_t bytes_ = 0;
 };
 
 } // namespace
 
 json elastic_steps_of(const Scene& scene, Progress& progress) {
+  if (has_laws(scene.full) && &law_of(scene.full) != &laws::neo_hookean::law) {
+    throw InputError(
+        fmt::format("{} has a law whose text the page has not: it has that of the shipped ones", scene.name));
+  }
   const std::unique_ptr<Backend> backend = make_scalar();
   const std::unique_ptr<ElasticSession> session = backend->open_elastic({});
   WrittenRun run(*session);
@@ -218,7 +247,7 @@ json elastic_steps_of(const Scene& scene, Progress& progress) {
   json written = run.written();
   const Extent full = scene.full.extent;
   written.update({{"name", scene.name},
-                  {"method", scene.schedule.method},
+                  {"method", has_laws(scene.full) ? "laws of large strains" : method_name(scene)},
                   {"width", full.width},
                   {"height", full.height},
                   {"depth", full.depth},

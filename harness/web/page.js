@@ -120,6 +120,7 @@ async function open_gpus(codes, missing) {
 const plants = {
   tie: ["best = change < lowest ?", "best = change <= lowest ?"], // the last candidate among equals
   sign: ["displacement + straight * residual;", "displacement - straight * residual;"],
+  stress: ["by_cofactor = one - mu;", "by_cofactor = one + mu;"],
   order: ["(a * b + c * d) + e;", "(a * b + e) + c * d;"],
   word: ["for (int i = 1;", "loop (int i = 1;"] // is not C
 };

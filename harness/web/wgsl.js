@@ -12,7 +12,7 @@ class Wgsl {
   constructor(text) {
     this.lines = text.split("\n");
     this.tokens = this.lines.flatMap((line, number) =>
-      (line.match(/[A-Za-z_]\w*|\d+\.?\d*(?:[eE][-+]?\d+)?|\+\+|<<|>>|[-+<>=!]=|&&|\|\||\S/g) || []).map((token) => ({ token, number })));
+      (line.match(/[A-Za-z_]\w*|0x[0-9A-F]+|\d+\.?\d*(?:[eE][-+]?\d+)?|\+\+|<<|>>|[-+<>=!]=|&&|\|\||\S/g) || []).map((token) => ({ token, number })));
     this.types = { ...wgsl_types };
     this.changed = new Set(); // variables that a function assigns to, or to what is in them
     this.at = 0;
@@ -158,7 +158,9 @@ class Wgsl {
       const loop = "for (" + before.shift() + "; " + goes_on + "; " + after.join(", ") + ") " + this.block();
       return before.length > 0 ? "{\n" + before.join(";\n") + ";\n" + loop + "}\n" : loop;
     }
-    const text = this.skip("return") ? "return " + this.expression() : this.simple().join(";\n");
+    if (this.peek() === "{") { return this.block(); }
+    if (this.skip(";")) { return ""; }
+    const text = !this.skip("return") ? this.simple().join(";\n") : this.peek() === ";" ? "return" : "return " + this.expression();
     this.take(";");
     return text + ";\n";
   }

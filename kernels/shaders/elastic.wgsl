@@ -26,9 +26,9 @@ fn real_told(i: i32) -> f32 { return bitcast<f32>(word_told(i)); }
 // multiplied by a number that is told is none to a compiler.
 fn constant_of(value: f32) -> f32 { return value * real_told(31); }
 
-@compute @workgroup_size(LANES) fn elastic_step(@builtin(workgroup_id) group: vec3<u32>,
-                                                @builtin(num_workgroups) groups: vec3<u32>,
-                                                @builtin(local_invocation_index) lane: u32) {
+@compute @workgroup_size(LANES) fn take_step(@builtin(workgroup_id) group: vec3<u32>,
+                                             @builtin(num_workgroups) groups: vec3<u32>,
+                                             @builtin(local_invocation_index) lane: u32) {
   let before = i32(group.y * groups.x + group.x) * LANES;
   do_share(before + i32(lane), i32(groups.y * groups.x) * LANES);
 }
