@@ -2,7 +2,9 @@
 
 #include "backends/shared/elastic_session.hpp"
 #include "harness/measure/cost.hpp"
+#include "harness/scene/method.hpp"
 #include "harness/scene/scene.hpp"
+#include "kernels/data/elastic/law_forces.hpp"
 
 #include <fmt/format.h>
 
@@ -31,12 +33,12 @@ Level level_of_kind(Extent extent, SiteKind kind) {
   return level;
 }
 
-/// Displacements that differ from site to site.
-VectorField any_field(Extent extent) {
+/// Displacements that differ from site to site, by `unit` times 0 ... 1020.
+VectorField any_field(Extent extent, float unit = 0x1p-10F) {
   VectorField field(extent);
   for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
     for (std::size_t i = 0; i < extent.sites(); ++i) {
-      field[axis][i] = 0x1p-10F * static_cast<float>((i + axis) * 7919 % 1021);
+      field[axis][i] = unit * static_cast<float>((i + axis) * 7919 % 1021);
     }
   }
   return field;
@@ -67,6 +69,9 @@ struct Kernels::Open {
   std::unique_ptr<ElasticSession> cells{};
   Scene scene{}; ///< of the elastic energy
   int coarsest = 0;
+  std::optional<LawForces> tissues{}; ///< of the scene
+  VectorField strained{};             ///< a displacement that turns no cell over
+  VectorField force{};
 };
 
 Kernels::Kernels(const Backend& backend, SessionOptions session, bool elastic, Extent extent)
@@ -95,6 +100,8 @@ Kernels::Kernels(const Backend& backend, SessionOptions session, bool elastic, E
                     .cost = step_cost(step, axes)});
   }
   all_.push_back({.name = "dot", .sites = extent, .cost = dot_cost(axes)});
+  law_forces_ = all_.size();
+  all_.push_back({.name = "forces of laws", .sites = extent});
   all_.push_back({.name = "set-up: hierarchy", .sites = extent, .is_on_host = true});
 }
 
@@ -120,7 +127,11 @@ void Kernels::prepare(std::size_t kernel) {
     return;
   }
   if (!open_->cells) {
-    open_->scene = load_scene(extent_.axes() == 3 ? "cube" : "square", {.size = extent_});
+    open_->scene = load_scene(
+        extent_.axes() == 3 ? "cube" : "square",
+        {.size = extent_, .law = "neo-hookean", .energy = &energy_near(ReferenceSolution::finite_elements)});
+    open_->tissues.emplace(open_->scene.full, open_->scene.elastic);
+    open_->strained = any_field(extent_, 0x1p-14F);
     open_->cells = backend_.open_elastic(session_);
     ElasticHierarchy hierarchy = make_elastic_hierarchy(open_->scene.full, open_->scene.elastic);
     open_->coarsest = static_cast<int>(hierarchy.levels.size()) - 1;
@@ -147,6 +158,10 @@ void Kernels::run(std::size_t kernel, int times) {
   for (int i = 0; i < times; ++i) {
     if (all_[kernel].is_on_host) {
       (void)make_elastic_hierarchy(open_->scene.full, open_->scene.elastic);
+    } else if (kernel == law_forces_) {
+      if (!open_->cells->law_forces(*open_->tissues, open_->strained, open_->force)) {
+        (void)(*open_->tissues)(open_->strained, open_->force);
+      }
     } else if (kernel < steps_.size()) {
       open_->cells->take(steps_[kernel]);
     } else {

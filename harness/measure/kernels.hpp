@@ -21,7 +21,8 @@ struct TimedKernel {
 
 /// The steps of an energy on images or volumes of one extent, on one backend: of the thesis's energy a sweep
 /// over sites that are all of one SiteKind, of the elastic energy all steps of its methods on the image and
-/// the level below, the sum of a product, and what is made of the moduli before.
+/// the level below, the sum of a product, the forces of neo-Hookean tissue with the copies of a field to the
+/// device and back (the host's where a backend has none of its own), and what is made of the moduli before.
 class Kernels {
 public:
   /// Opens nothing. `backend` must outlive this object. Throws InputError where the elastic energy has no
@@ -50,6 +51,7 @@ private:
   Extent extent_;
   std::vector<TimedKernel> all_{};
   std::vector<MethodStep> steps_{}; ///< of the elastic energy, the first of all_
+  std::size_t law_forces_ = 0;      ///< the place of those in all_
   std::unique_ptr<Open> open_;      ///< null: nothing is
 };
 
