@@ -98,7 +98,10 @@ TEST_F(Browser, FollowsTheStepsOfTheElasticEnergy) {
       EXPECT_EQ(row["backend"], "webgpu-compute");
       EXPECT_EQ(row["verdict"], "agree") << row.dump();
       EXPECT_EQ(row["tier"], "bitwise");
-      EXPECT_EQ(row["sites_compared"], row_of_verify["sites_compared"]);
+      // The forces of laws on openmp are the host's own.
+      const int more = row["sites_compared"].get<int>() - row_of_verify["sites_compared"].get<int>();
+      EXPECT_EQ(more > 0, row["method"] == "laws of large strains") << more;
+      EXPECT_GE(more, 0);
       EXPECT_EQ(row["levels"], row_of_verify["levels"]);
     }
   }

@@ -437,6 +437,63 @@ TEST(Laws, WhatCannotBeAnsweredIsSaid) {
   EXPECT_NE(pressed.beyond_law + pressed.failure, "");
 }
 
+/// Few cells are where what is left of the whole field does not say how they end: of a coarse accuracy one is
+/// pressed together to a sixtieth, and at the end none to a half.
+TEST(Laws, ACellOnItsWayIsNotTakenForOneThatNoLawHolds) {
+  const test::TemporaryFolder folder;
+  const Scene scene = load_scene(folder
+                                     .write("pressed.toml", R"(size = [50, 64]
+energy = "elastic"
+law = "neo-hookean"
+poisson = 0.45
+[[tissue]]
+label = 0
+modulus = 7.511
+[[tissue]]
+label = 1
+modulus = 0.0
+[[tissue]]
+label = 2
+modulus = 1.735
+[[tissue]]
+label = 3
+modulus = 1.867
+[[shape]]
+kind = "everything"
+label = 0
+[[shape]]
+kind = "ellipse"
+label = 1
+centre = [0.774, 0.641]
+size = [0.84, 0.694]
+[[shape]]
+kind = "ellipse"
+label = 2
+centre = [0.725, 0.213]
+size = [0.83, 0.531]
+[[shape]]
+kind = "ellipse"
+label = 3
+centre = [0.42, 0.204]
+size = [0.705, 0.638]
+[[condition]]
+where = "labels"
+labels = [2, 3]
+dx = 4.95
+dy = 0.0
+[[condition]]
+where = "labels"
+labels = [3]
+dx = 0.0
+)")
+                                     .string());
+  const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
+  const Solution found =
+      solve_by_laws(scene.full, scene.elastic, *session, 0.2, [](const LawStep& /*step*/) {});
+  EXPECT_EQ(found.beyond_law + found.failure, "");
+  EXPECT_GT(*found.least_volume, 0.5);
+}
+
 /// An accuracy that float32 cannot have: the field is there, and the estimate says how near it is.
 TEST(Laws, AnAccuracyBeyondFloatEndsWhereStepsAreNoise) {
   const Scene scene = scene_of({61, 50}, cases().front());
