@@ -50,10 +50,10 @@ double take_own_pixels(Level& sampled, const Level& full);
 /// Returns the displacement of an image or a volume whose tissues have laws of large strains
 /// (kernels/specification/laws), within so many pixels of its end. Takes non-linear conjugate gradients on
 /// images of half, a quarter, ... as many sites a side and on the image itself; the cycle of the linear
-/// energy on `session` is their preconditioner, and the forces of the laws are the host's, so that all
-/// sessions have the same bits. Where a cell is then pressed together farther than laws hold, it goes nearer
-/// to the end before that is said. What conditions hold around the rest is cut off (Solution::part). Where it
-/// ends without an answer, Solution::failure says why. Throws as ElasticSolver does.
+/// energy on `session` is their preconditioner, and the forces of the laws are the host's to the bit, so that
+/// all sessions have the same field. Where a cell is then pressed together farther than laws hold, it goes
+/// nearer to the end before that is said. What conditions hold around the rest is cut off (Solution::part).
+/// Where it ends without an answer, Solution::failure says why. Throws as ElasticSolver does.
 [[nodiscard]] Solution solve_by_laws(const Level& level, const ElasticModel& model, ElasticSession& session,
                                      double accuracy, const std::function<void(const LawStep&)>& say);
 
