@@ -28,9 +28,9 @@ namespace {
 constexpr int fewest_sites = 20;
 /// What has not ended by then was not seen to end.
 constexpr int most_steps = 150;
-/// A cell that is pressed together farther than laws hold is looked at again with up to so many times the
-/// accuracy that was asked: few cells are where the accuracy of all of them does not say how they end.
-constexpr double surer = 16.0;
+/// Where a cell is pressed together farther than laws hold, the image is solved on, up to so many times as
+/// accurately as asked: what is left of a whole field does not say how a few cells end.
+constexpr double most_times_as_accurate = 16.0;
 /// How far around a cell a part of an image is solved by itself, pixels, and how many such parts.
 constexpr int reach_of_part = 20;
 constexpr int most_parts = 8;
@@ -96,12 +96,17 @@ public:
       of_linear = solver.begin();
     }
     solver.iterate(accuracy, steps);
-    const bool is_last = pixel == 1.0; // what was an image to begin with may end as it likes
-    for (double by = 2.0; is_last && is_beyond_law(solver.least()) && solver.why().empty() && by <= surer;
-         by *= 2.0) {
-      solver.iterate(accuracy / by, steps_of_starts);
+    const bool is_last = pixel == 1.0; // how an image ends that another begins with does not matter
+    const bool has_ended = solver.why().empty();
+    for (double times = 2.0;
+         is_last && is_beyond_law(solver.least()) && solver.why().empty() && times <= most_times_as_accurate;
+         times *= 2.0) {
+      solver.iterate(accuracy / times, steps_of_starts);
     }
     note(solver, level);
+    if (has_ended && is_beyond_law(solver.least())) {
+      solution.failure.clear(); // that the cell is beyond its law says more, and where
+    }
     return solver.take_displacement();
   }
 
