@@ -124,6 +124,14 @@ TEST_F(Browser, NamesTheStepOfTheElasticEnergyThatDiffers) {
                    HasSubstr("disagree with scalar: webgpu-compute on square"));
 }
 
+TEST_F(Browser, ComparesNothingWhereAllScenesNeedWebGpu) {
+  write_page("random --size 9x8 --energy elastic --iterations 1");
+  const std::string text = document("missing=webgpu");
+  EXPECT_THAT(text, HasSubstr("class=\"verdict unsure\""));
+  EXPECT_THAT(text, HasSubstr("Nothing was compared: these scenes need what this browser lacks."));
+  EXPECT_THAT(text, HasSubstr("The elastic energy needs WebGPU: 1 of 1 scenes are not compared."));
+}
+
 TEST_F(Browser, HasNoPageOfMoreThanItShouldHave) {
   const std::string page = " --output " + (folder() / "page.html").string();
   test::expect_run(2, "browser ball --energy elastic" + page,

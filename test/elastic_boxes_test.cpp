@@ -296,8 +296,8 @@ dy = 1.0
       test::refusal([&] {
         (void)load_scene(write("c.toml", "energy = \"elastic\"\n" + text).string(), {.as_cubes = true});
       }),
-      HasSubstr("c.toml:3: spacing has other sides along the axes, and this command compares with the "
-                "thesis's energy, which knows none; give one number"));
+      HasSubstr("c.toml:3: spacing has other sides along the axes, and this command knows squares and "
+                "cubes only; give one number"));
 }
 
 } // namespace

@@ -164,8 +164,8 @@ void read_spacing(TomlReader& scene, std::size_t axes, bool takes_boxes, bool is
                                       std::ranges::max(sides) / content.spacing, most_oblong));
   }
   if (!takes_boxes && content.placement != Placement{}) {
-    scene.fail("spacing", is_for_cubes ? "has other sides along the axes, and this command compares with the "
-                                         "thesis's energy, which knows none; give one number"
+    scene.fail("spacing", is_for_cubes ? "has other sides along the axes, and this command knows squares and "
+                                         "cubes only; give one number"
                                        : "has other sides along the axes, which the elastic energy alone "
                                          "knows; give energy = \"elastic\", or one number");
   }

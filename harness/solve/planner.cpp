@@ -246,7 +246,7 @@ private:
     std::vector<LevelResult>& levels = plan_.solution.levels;
     levels.insert(levels.end(), solution.levels.begin(), solution.levels.end());
     plan_.solution.timings.add(solution.timings);
-    failure_of_laws_ = solution.failure + solution.beyond_law;
+    failure_of_laws_ = solution.failure.empty() ? solution.beyond_law : solution.failure;
     of_linear_ = 0.0;
     return in_other_pixels(std::move(solution.displacement), pixel, 1.0);
   }

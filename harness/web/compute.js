@@ -35,7 +35,7 @@ class ComputeGpu extends Gpu {
     return this.modules.get(name);
   }
 
-  /** The program of this name with these constants, and the bindings that it has. */
+  /** Returns the program of this name with these constants, and the bindings that it has. */
   pipeline_of(name, constants) {
     const key = name + JSON.stringify(constants);
     if (!this.pipelines.has(key)) {

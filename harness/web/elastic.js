@@ -1,9 +1,6 @@
 // Follows the steps of the elastic energy on WebGPU: what a device was told where the page was written, and what every step
 // makes by scalar there (elastic_steps.cpp).
 
-/** The bytes of base64 text. */
-function bytes_of(text) { return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)); }
-
 /** A scene's arrays on a ComputeGpu, and what is done to them. */
 class ElasticArrays {
   constructor(gpu, scene) {
@@ -41,7 +38,7 @@ class ElasticArrays {
   }
 }
 
-/** Whether the first of the cells that have kept least of their volume is scalar's; `kept` has the bits of a share and a site
+/** Returns whether the first of the cells that have kept least of their volume is scalar's; `kept` has the bits of a share and a site
     for each work item. */
 function is_least({ share, site }, kept) {
   const share_of = (bits) => new Float32Array(Int32Array.of(bits).buffer)[0];
@@ -53,7 +50,7 @@ function is_least({ share, site }, kept) {
   return least[0] === share && least[1] === site;
 }
 
-/** One step's sites against scalar's. `found` has what `made` has, one plane after the other. Returns whether anything had to
+/** Compares one step's sites with scalar's. `found` has what `made` has, one plane after the other. Returns whether anything had to
     be computed. */
 function compare_step(row, step, number, found) {
   const [width, height, depth] = step.sites;

@@ -10,8 +10,9 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
-#include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -24,11 +25,11 @@ namespace {
 
 using nlohmann::json;
 
-/// Base64 of all steps of a scene.
+/// A page has at most so much base64 for a scene.
 constexpr std::size_t most_bytes = std::size_t{32} << 20;
 
 /// What a device is told.
-struct Paper {
+struct Transcript {
   /// Bytes between host and device.
   struct Passed {
     std::size_t array = 0;
@@ -55,27 +56,27 @@ struct Paper {
   std::vector<Passed> read;              ///< all zeros: nothing is computed
 };
 
-class PaperArray final : public Array {
+class TranscriptArray final : public Array {
 public:
-  PaperArray(ComputeDevice& device, std::size_t count, Kind kind, Paper& paper)
-      : Array(device, count, kind), number(paper.arrays.size()) {
-    paper.arrays.push_back(bytes());
+  TranscriptArray(ComputeDevice& device, std::size_t count, Kind kind, Transcript& transcript)
+      : Array(device, count, kind), number(transcript.arrays.size()) {
+    transcript.arrays.push_back(bytes());
   }
 
   std::size_t number;
 };
 
-class PaperProgram final : public Program {
+class TranscriptProgram final : public Program {
 public:
-  explicit PaperProgram(ProgramKind of) : kind(std::move(of)) {}
+  explicit TranscriptProgram(ProgramKind of) : kind(std::move(of)) {}
 
   ProgramKind kind;
 };
 
 /// Writes down what a GPU with planes is told.
-class PaperDevice final : public ComputeDevice {
+class TranscriptDevice final : public ComputeDevice {
 public:
-  explicit PaperDevice(Paper& paper) : paper_(paper) {
+  explicit TranscriptDevice(Transcript& transcript) : transcript_(transcript) {
     constexpr std::size_t many = std::size_t{1} << 31;
     limits_ = {.elements = many,
                .array_bytes = many,
@@ -89,18 +90,19 @@ public:
   const Device& description() const override { return description_; }
   const DeviceLimits& limits() const override { return limits_; }
   void write(const Array& to, std::size_t first, std::span<const std::byte> values) override {
-    if (paper_.passed != nullptr) {
-      paper_.passed->push_back({number_of(to), first, {values.begin(), values.end()}});
+    if (transcript_.passed != nullptr) {
+      transcript_.passed->push_back({number_of(to), first, {values.begin(), values.end()}});
     } else {
-      paper_.told.push_back({{"array", number_of(to)}, {"first", first}, {"bytes", paper_.base64(values)}});
+      transcript_.told.push_back(
+          {{"array", number_of(to)}, {"first", first}, {"bytes", transcript_.base64(values)}});
     }
   }
   void read(const Array& from, std::size_t first, std::span<std::byte> values) override {
     std::ranges::fill(values, std::byte{});
-    paper_.read.push_back({number_of(from), first, {values.begin(), values.end()}});
+    transcript_.read.push_back({number_of(from), first, {values.begin(), values.end()}});
   }
   std::unique_ptr<Program> compile(const ProgramKind& kind) override {
-    return std::make_unique<PaperProgram>(kind);
+    return std::make_unique<TranscriptProgram>(kind);
   }
   ProgramText text_of(const ProgramKind& /*kind*/) const override { return {}; }
   void run(std::span<const Commands::value_type> commands) override {
@@ -113,15 +115,18 @@ public:
 
 private:
   std::unique_ptr<Array> make(std::size_t count, Kind kind) override {
-    return std::make_unique<PaperArray>(*this, count, kind, paper_);
+    return std::make_unique<TranscriptArray>(*this, count, kind, transcript_);
   }
-  static std::size_t number_of(const Array& array) { return static_cast<const PaperArray&>(array).number; }
+  static std::size_t number_of(const Array& array) {
+    return static_cast<const TranscriptArray&>(array).number;
+  }
 
   void tell(const Fill& fill) {
-    paper_.told.push_back({{"array", number_of(*fill.array)}, {"first", fill.first}, {"zeros", fill.bytes}});
+    transcript_.told.push_back(
+        {{"array", number_of(*fill.array)}, {"first", fill.first}, {"zeros", fill.bytes}});
   }
   void tell(const Dispatch& dispatch) {
-    const ProgramKind& kind = static_cast<const PaperProgram*>(dispatch.program)->kind;
+    const ProgramKind& kind = static_cast<const TranscriptProgram*>(dispatch.program)->kind;
     json constants;
     for (const ProgramKind::Constant& one : kind.constants) {
       constants[std::string(one.name)] = one.value;
@@ -133,15 +138,15 @@ private:
       }
     }
     const char* const text = kind.kernel == Kernel::laws ? "laws" : "elastic";
-    paper_.told.push_back({{"program", fmt::format("{} {}", text, kind.axes)},
-                           {"constants", std::move(constants)},
-                           {"arrays", std::move(arrays)},
-                           {"words", std::span(dispatch.words).first(dispatch.word_count)},
-                           {"groups", {dispatch.groups.width, dispatch.groups.height}}});
+    transcript_.told.push_back({{"program", fmt::format("{} {}", text, kind.axes)},
+                                {"constants", std::move(constants)},
+                                {"arrays", std::move(arrays)},
+                                {"words", std::span(dispatch.words).first(dispatch.word_count)},
+                                {"groups", {dispatch.groups.width, dispatch.groups.height}}});
   }
 
-  Paper& paper_;
-  Device description_{.name = "paper", .driver = "none"};
+  Transcript& transcript_;
+  Device description_{.name = "transcript", .driver = "none"};
   DeviceLimits limits_;
 };
 
@@ -149,8 +154,8 @@ private:
 class WrittenRun final : public ElasticSession {
 public:
   explicit WrittenRun(ElasticSession& reference)
-      : reference_(reference), device_(make_elastic_session("paper", std::make_unique<PaperDevice>(paper_))) {
-  }
+      : reference_(reference),
+        device_(make_elastic_session("transcript", std::make_unique<TranscriptDevice>(transcript_))) {}
 
   void take(const MethodStep& step) override {
     VectorField expected;
@@ -161,15 +166,16 @@ public:
     device_->read(step.made_on(), step.to, none); // so that the device is told all
     keep(step.name(), step.made_on(), step.to, expected);
   }
-  /// As verify does: all that devices compute of these is compared.
+  /// Every device computes these here, as in verify, whether or not solutions want it to.
   bool has_own_laws() const override { return true; }
   std::optional<LeastVolume> law_forces(const LawForces& tissues, const VectorField& displacement,
                                         VectorField& force) override {
     const LeastVolume least = tissues(displacement, force);
     VectorField none;
-    paper_.read.clear();
+    transcript_.read.clear();
     static_cast<void>(device_->law_forces(tissues, displacement, none));
-    const Paper::Passed shares = paper_.read.at(0); // what has kept least, by work items, and their sites
+    const Transcript::Passed shares =
+        transcript_.read.at(0); // what has kept least, by work items, and their sites
     keep("forces of laws", 0, ElasticField::image, force);
     steps_.back()["least"] = {{"array", shares.array},
                               {"size", shares.bytes.size()},
@@ -182,9 +188,9 @@ public:
   }
   float dot(ElasticField first, ElasticField second) const override {
     const float expected = reference_.dot(first, second);
-    paper_.read.clear();
+    transcript_.read.clear();
     static_cast<void>(device_->dot(first, second));
-    Paper::Passed made = paper_.read.at(0);
+    Transcript::Passed made = transcript_.read.at(0);
     const auto bytes = std::bit_cast<std::array<std::byte, sizeof expected>>(expected);
     made.bytes.assign(bytes.begin(), bytes.end());
     keep("dot product", 0, {made}, ElasticLayout::Part{.sites = {1, 1}, .pitch = 1, .layer = 1});
@@ -192,7 +198,7 @@ public:
   }
 
   /// Returns all that was written down.
-  [[nodiscard]] json written() { return {{"arrays", paper_.arrays}, {"steps", std::move(steps_)}}; }
+  [[nodiscard]] json written() { return {{"arrays", transcript_.arrays}, {"steps", std::move(steps_)}}; }
 
 private:
   void do_load(ElasticHierarchy& hierarchy) override {
@@ -200,35 +206,35 @@ private:
     device_->load(hierarchy);
   }
 
-  /// Keeps what the device was told and that it has to make a field of.
+  /// Keeps what the device was told, and the field that it has to make of that.
   void keep(std::string_view name, int level, ElasticField field, const VectorField& expected) {
-    json told = std::exchange(paper_.told, json::array());
-    std::vector<Paper::Passed> made;
-    paper_.passed = &made;
+    json told = std::exchange(transcript_.told, json::array());
+    std::vector<Transcript::Passed> made;
+    transcript_.passed = &made;
     device_->write(level, field, expected);
-    paper_.passed = nullptr;
-    paper_.told = std::move(told);
+    transcript_.passed = nullptr;
+    transcript_.told = std::move(told);
     keep(name, level, made, ElasticLayout::alone(expected.extent));
   }
   /// `part` says where in each plane of `made` the sites of a field are, but for the first.
-  void keep(std::string_view name, int level, const std::vector<Paper::Passed>& made,
+  void keep(std::string_view name, int level, const std::vector<Transcript::Passed>& made,
             const ElasticLayout::Part& part) const {
     json step{{"step", name},
               {"level", level},
-              {"told", std::exchange(paper_.told, json::array())},
+              {"told", std::exchange(transcript_.told, json::array())},
               {"made", json::array()},
               {"sites", {part.sites.width, part.sites.height, part.sites.depth}},
               {"pitch", part.pitch},
               {"layer", part.layer}};
-    for (const Paper::Passed& plane : made) {
+    for (const Transcript::Passed& plane : made) {
       step["made"].push_back(
-          {{"array", plane.array}, {"first", plane.first}, {"bytes", paper_.base64(plane.bytes)}});
+          {{"array", plane.array}, {"first", plane.first}, {"bytes", transcript_.base64(plane.bytes)}});
     }
     steps_.push_back(std::move(step));
   }
 
   ElasticSession& reference_;
-  mutable Paper paper_;
+  mutable Transcript transcript_;
   std::unique_ptr<ElasticSession> device_;
   mutable json steps_ = json::array();
 };

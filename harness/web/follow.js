@@ -1,11 +1,9 @@
 "use strict";
 // Follows a scene on the GPU beside scalar: every site, after every sweep. page.js shows what comes of it.
 
-/** A Float32Array of base64 text. */
-function floats(text) {
-  const bytes = Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0));
-  return new Float32Array(bytes.buffer);
-}
+/** Returns the bytes of base64 text, and the floats. */
+function bytes_of(text) { return Uint8Array.from(atob(text), (letter) => letter.charCodeAt(0)); }
+function floats(text) { return new Float32Array(bytes_of(text).buffer); }
 
 /** scalar.cpp, compiled to WebAssembly. */
 class Scalar {
@@ -227,7 +225,7 @@ function new_row(scene, gpu, mode) {
   };
 }
 
-/** Numbers of a site that are not scalar's; `place` says where the first ones are. */
+/** Counts a site whose numbers are not scalar's; `place` says where it is. */
 function count_difference(row, expected, found, place) {
   ++row.sites_differing;
   row.not_finite += found.every(Number.isFinite) ? 0 : 1;
@@ -248,7 +246,7 @@ function compare(row, scalar, texels, level, iteration) {
   }
 }
 
-/** `moved`: whether anything had to be computed. */
+/** Sets the verdict. `moved`: whether anything had to be computed. */
 function conclude_row(row, moved, exact) {
   row.sites_drifted = row.uncertified = row.sites_differing;
   if (row.reason) {

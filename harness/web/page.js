@@ -20,9 +20,10 @@ function show_rows(rows) {
     { key: "sites_compared", title: "Sites compared", format: count },
     { key: "sites_differing", title: "Differing", format: count },
     { key: (row) => (row.verdict === "agree" ? row.tier : row.verdict), title: "Verdict", format: verdict }]));
-  element("differences").replaceChildren(...rows.filter((row) => row.first_difference || row.reason).map((row) => {
+  element("differences").replaceChildren(...rows.filter((row) => row.first_difference || row.counts_differing || row.reason).map((row) => {
     const first = row.first_difference;
     return el("p", {}, row.scene + ", " + row.backend + ", " + row.mode + ": " + (row.reason || "") +
+      (row.counts_differing ? " " + count(row.counts_differing) + " sums or cells that kept least differ;" : "") +
       (first ? " first difference on level " + first.level + (first.step ? ", step " + first.iteration + ", " + first.step :
         ", iteration " + first.iteration) + ", x = " + first.x + ", y = " + first.y +
         (row.depth > 1 ? ", z = " + first.z : "") + ": CPU (" + first.expected.join(", ") + "), GPU (" + first.found.join(", ") + ") px" : ""));
@@ -87,12 +88,14 @@ function keep(rows, gpus, arithmetic) {
 function judge(rows) {
   const of = (verdict) => rows.filter((row) => row.verdict === verdict).length;
   const sites = count(rows.reduce((sum, row) => sum + row.sites_compared, 0));
-  if (of("mistrusted") > 0) {
+  if (rows.length === 0) {
+    conclude("unsure", "Nothing was compared: these scenes need what this browser lacks.");
+  } else if (of("mistrusted") > 0) {
     conclude("unsure", "Nothing can be said: the CPU's own results are not what they should be.");
   } else if (of("disagree") > 0) {
-    const exact = rows.some((row) => row.exact && row.verdict === "disagree");
-    conclude("bad", of("disagree") + " of " + rows.length + " comparisons differ" +
-      (exact ? ", on an exact scene too: this GPU or its driver computes something else." :
+    const exact = rows.filter((row) => row.exact);
+    conclude("bad", of("disagree") + " of " + rows.length + " comparisons differ" + (exact.length === 0 ? "." :
+      exact.some((row) => row.verdict === "disagree") ? ", on an exact scene too: this GPU or its driver computes something else." :
         "; the exact scenes agree: this GPU rounds otherwise."));
   } else {
     conclude("good", "The same bits: " + of("agree") + " of " + rows.length + " comparisons, " + sites + " sites.");
@@ -116,12 +119,13 @@ async function open_gpus(codes, missing) {
   return gpus;
 }
 
-/** By name: what is replaced in all shaders, and by what. */
+/** What is replaced in all shaders, and by what, by its name. */
 const plants = {
   tie: ["best = change < lowest ?", "best = change <= lowest ?"], // the last candidate among equals
   sign: ["displacement + straight * residual;", "displacement - straight * residual;"],
   stress: ["by_cofactor = one - mu;", "by_cofactor = one + mu;"],
   order: ["(a * b + c * d) + e;", "(a * b + e) + c * d;"],
+  constant: ["return value * real_told(31);", "return value;"], // is one that a compiler sees
   word: ["for (int i = 1;", "loop (int i = 1;"] // is not C
 };
 
@@ -129,7 +133,10 @@ function plant(name) {
   page_data.probe = page_data.probe.replace(...plants[name]);
   const planted = (text) => text.replace(...plants[name]);
   page_data.scenes.filter((scene) => scene.shader).forEach((scene) => { scene.shader = planted(scene.shader); });
-  page_data.compute.forEach((program) => { program.texts = planted(program.texts); });
+  page_data.compute.forEach((program) => {
+    program.texts = planted(program.texts);
+    program.wgsl = planted(program.wgsl);
+  });
 }
 
 async function run() {
@@ -143,8 +150,13 @@ async function run() {
     gpus = await open_gpus(codes, asked.getAll("missing"));
     for (const gpu of gpus) { arithmetic.push(...await ask(gpu, page_data.arithmetic)); }
     show_arithmetic(arithmetic);
-    const bytes = Uint8Array.from(atob(page_data.scalar), (letter) => letter.charCodeAt(0));
-    const scalar = new Scalar(await WebAssembly.instantiate(await WebAssembly.compile(bytes), {}));
+    const module = await WebAssembly.compile(bytes_of(page_data.scalar));
+    const scalar = new Scalar(await WebAssembly.instantiate(module, {}));
+    const without = page_data.scenes.filter((scene) => !scene.levels && !gpus.some((gpu) => gpu.module_of));
+    if (without.length > 0) {
+      element("lacks").textContent += " The elastic energy needs WebGPU: " + count(without.length) + " of " +
+        count(page_data.scenes.length) + " scenes are not compared.";
+    }
     const parts = (scene) => (scene.levels ? scene.levels.length : 4);
     const total = 2 * gpus.length * page_data.scenes.reduce((sum, scene) => sum + parts(scene), 0);
     for (const scene of page_data.scenes) {

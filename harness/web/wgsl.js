@@ -80,7 +80,7 @@ class Wgsl {
     return "select(" + this.expression() + ", " + yes + ", " + text + ")";
   }
 
-  /** What is bound by operators of this rank or a higher one. */
+  /** Reads what operators of this rank or a higher one bind. */
   binary(least) {
     let text = this.operand();
     while (wgsl_ranks[this.peek()] >= least) {
@@ -119,7 +119,7 @@ class Wgsl {
     }
   }
 
-  /** Declarations, assignments, ++name or a call, without what ends them: those that stand between commas. */
+  /** Reads what stands between commas: declarations, assignments, ++name or a call, without what ends them. */
   simple() {
     this.skip("const");
     const type = Object.hasOwn(this.types, this.peek()) ? this.type() : null;
@@ -194,7 +194,7 @@ class Wgsl {
     return text + " = " + value + ";\n";
   }
 
-  /** Of a variable or a function. Parameters cannot be assigned to: those that are become variables. */
+  /** Defines a variable or a function. WGSL assigns to no parameter: those that change become variables. */
   definition() {
     const type = this.type();
     if (this.peek(1) === ";") {
