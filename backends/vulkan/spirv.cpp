@@ -58,12 +58,17 @@ Words made_special(std::span<const std::uint32_t> spirv, std::span<const std::in
   std::string message;
   optimizer.SetMessageConsumer([&message](spv_message_level_t, const char*, const spv_position_t&,
                                           const char* text) { message = text; });
+  // Drivers do the rest, sooner than it takes here.
   optimizer.RegisterPass(spvtools::CreateSetSpecConstantDefaultValuePass(values))
       .RegisterPass(spvtools::CreateFreezeSpecConstantValuePass())
       .RegisterPass(spvtools::CreateFoldSpecConstantOpAndCompositePass())
-      .RegisterSizePasses();
+      .RegisterPass(spvtools::CreateCCPPass())
+      .RegisterPass(spvtools::CreateDeadBranchElimPass())
+      .RegisterPass(spvtools::CreateEliminateDeadFunctionsPass());
+  spvtools::OptimizerOptions options;
+  options.set_run_validator(false); // glslang wrote the module, and takes no longer for it than this would
   Words module;
-  if (!optimizer.Run(spirv.data(), spirv.size(), &module)) {
+  if (!optimizer.Run(spirv.data(), spirv.size(), &module, options)) {
     throw std::logic_error(fmt::format("a shader's SPIR-V cannot be specialised: {}", message));
   }
   return module;
@@ -81,14 +86,18 @@ Words spirv_of(const ProgramKind& kind) {
   static std::map<Key, Words> made;
   constexpr std::size_t most = 512; // of some kilobytes each; planted faults make new ones and new ones
   Key key{{spirv.begin(), spirv.end()}, constants};
-  const std::scoped_lock lock(mutex);
-  if (const auto found = made.find(key); found != made.end()) {
-    return found->second;
+  {
+    const std::scoped_lock lock(mutex);
+    if (const auto found = made.find(key); found != made.end()) {
+      return found->second;
+    }
   }
+  Words module = made_special(spirv, constants);
+  const std::scoped_lock lock(mutex);
   if (made.size() == most) {
     made.clear();
   }
-  return made.emplace(std::move(key), made_special(spirv, constants)).first->second;
+  return made.emplace(std::move(key), std::move(module)).first->second;
 }
 
 } // namespace hdmbench::vulkan
