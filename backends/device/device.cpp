@@ -2,6 +2,10 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
+#include <iterator>
+#include <utility>
+
 namespace hdmbench {
 
 Array::Array(ComputeDevice& device, std::size_t count, Kind kind)
@@ -29,6 +33,13 @@ std::unique_ptr<Array> ComputeDevice::allocate(std::size_t count, Kind kind) {
   return make(count, kind);
 }
 
+std::vector<std::unique_ptr<Program>> ComputeDevice::compile_all(std::span<const ProgramKind> kinds) {
+  std::vector<std::unique_ptr<Program>> programs;
+  std::ranges::transform(kinds, std::back_inserter(programs),
+                         [&](const ProgramKind& kind) { return compile(kind); });
+  return programs;
+}
+
 std::span<std::byte> ComputeDevice::staging() {
   staging_.resize(staging_bytes);
   return staging_;
@@ -40,6 +51,14 @@ const Program& Programs::operator()(const ProgramKind& kind) {
     found = programs_.emplace(kind, device_.compile(kind)).first;
   }
   return *found->second;
+}
+
+void Programs::prepare(std::vector<ProgramKind> kinds) {
+  std::erase_if(kinds, [&](const ProgramKind& kind) { return programs_.contains(kind); });
+  std::vector<std::unique_ptr<Program>> compiled = device_.compile_all(kinds);
+  for (std::size_t i = 0; i < kinds.size(); ++i) {
+    programs_.emplace(std::move(kinds[i]), std::move(compiled[i]));
+  }
 }
 
 void make_room(ComputeDevice& device, std::unique_ptr<Array>& array, std::size_t count, Kind kind) {

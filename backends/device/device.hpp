@@ -197,6 +197,9 @@ public:
   /// After everything that was run.
   virtual void read(const Array& from, std::size_t first, std::span<std::byte> values) = 0;
   [[nodiscard]] virtual std::unique_ptr<Program> compile(const ProgramKind& kind) = 0;
+  /// Returns the programs of all these kinds, in their order: compiled on all threads where the API lets
+  /// them.
+  [[nodiscard]] virtual std::vector<std::unique_ptr<Program>> compile_all(std::span<const ProgramKind> kinds);
   /// Returns what compile() has compiled.
   [[nodiscard]] virtual ProgramText text_of(const ProgramKind& kind) const = 0;
   /// Does not wait until they are done, and may not begin before finish() or read().
@@ -261,6 +264,9 @@ public:
   explicit Programs(ComputeDevice& device) : device_(device) {}
 
   [[nodiscard]] const Program& operator()(const ProgramKind& kind);
+  /// Compiles those of these kinds that are not there yet, together. Each is named once; what takes longest
+  /// should be the first.
+  void prepare(std::vector<ProgramKind> kinds);
 
 private:
   ComputeDevice& device_;

@@ -8,6 +8,10 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
+#include <iterator>
+#include <map>
+#include <set>
 #include <utility>
 #include <vector>
 
@@ -107,6 +111,7 @@ public:
 
   void load(const ElasticHierarchy& hierarchy, const ElasticLayout& layout) {
     axes_ = layout.levels.front().sites.axes();
+    variants_.clear(); // which are of these axes
     if (layout.size != layout_.size) {
       fixed_ = {}; // before the new ones, so that both need not fit
       slots_ = {};
@@ -169,6 +174,7 @@ public:
   }
 
   void run(std::span<const ElasticWork> work) {
+    compile(work);
     Commands commands;
     double in_flight = 0.0;
     for (const ElasticWork& piece : work) {
@@ -322,30 +328,74 @@ private:
                          : ElasticShape{.lanes = 16, .rows = 16, .columns = 4};
   }
 
-  /// With the arrays that do not change.
-  Dispatch dispatch_of(const ElasticKernel& kernel, bool by_list, bool is_together) {
+  /// A kernel and how it is dispatched: what has a program of its own.
+  struct Variant {
+    bool is_together = false;
+    ElasticKernel kernel;
+    bool by_list = false;
+
+    auto operator<=>(const Variant&) const = default;
+  };
+  [[nodiscard]] Variant together() const {
+    return {.is_together = true, .kernel = {.has_load = true, .has_boxes = has_boxes_}};
+  }
+
+  [[nodiscard]] ProgramKind kind_of(const Variant& variant) const {
+    const auto& [is_together, kernel, by_list] = variant;
     const ElasticShape items = shape(is_together);
     // Kernels know the rows of an image as planes.
     const int halved = axes_ == 3 ? kernel.halved : (kernel.halved & 3) | (kernel.halved & 2) << 1;
     // In the order of elastic.comp's constants.
-    Dispatch dispatch{.program = &programs_({.kernel = Kernel::elastic,
-                                             .constants = {{"TOGETHER", is_together ? 1 : 0},
-                                                           {"STEP", static_cast<std::int32_t>(kernel.step)},
-                                                           {"HAS_LOAD", kernel.has_load ? 1 : 0},
-                                                           {"IS_IMAGE", kernel.is_image ? 1 : 0},
-                                                           {"BY_LIST", by_list ? 1 : 0},
-                                                           {"LANES", items.lanes},
-                                                           {"ROWS", items.rows},
-                                                           {"COLUMNS", items.columns},
-                                                           {"BOXES", kernel.has_boxes ? 1 : 0},
-                                                           {"HALVED", halved}},
-                                             .axes = axes_})};
+    return {.kernel = Kernel::elastic,
+            .constants = {{"TOGETHER", is_together ? 1 : 0},
+                          {"STEP", static_cast<std::int32_t>(kernel.step)},
+                          {"HAS_LOAD", kernel.has_load ? 1 : 0},
+                          {"IS_IMAGE", kernel.is_image ? 1 : 0},
+                          {"BY_LIST", by_list ? 1 : 0},
+                          {"LANES", items.lanes},
+                          {"ROWS", items.rows},
+                          {"COLUMNS", items.columns},
+                          {"BOXES", kernel.has_boxes ? 1 : 0},
+                          {"HALVED", halved}},
+            .axes = axes_};
+  }
+
+  /// Compiles together what the work needs: that often takes longer than the work.
+  void compile(std::span<const ElasticWork> work) {
+    std::set<Variant, std::greater<>> missing; // the kernel of all steps takes longest
+    const auto want = [&](const Variant& variant) {
+      if (!variants_.contains(variant)) {
+        missing.insert(variant);
+      }
+    };
+    for (const ElasticWork& piece : work) {
+      if (const auto* const call = std::get_if<ElasticCall>(&piece)) {
+        want({.kernel = call->kernel});
+        if (call->kernel.has_masked) {
+          want({.kernel = call->kernel, .by_list = true});
+        }
+      } else {
+        want(together());
+      }
+    }
+    std::vector<ProgramKind> kinds;
+    std::ranges::transform(missing, std::back_inserter(kinds),
+                           [&](const Variant& variant) { return kind_of(variant); });
+    programs_.prepare(std::move(kinds));
+    for (const Variant& variant : missing) {
+      variants_.emplace(variant, &programs_(kind_of(variant)));
+    }
+  }
+
+  /// With the arrays that do not change.
+  Dispatch dispatch_of(const Variant& variant) {
+    Dispatch dispatch{.program = variants_.at(variant)};
     std::ranges::transform(fixed_, dispatch.arrays.begin(), [](const auto& array) { return array.get(); });
     return dispatch;
   }
 
   Dispatch dispatch_of(ElasticCall call, bool by_list) {
-    Dispatch dispatch = dispatch_of(call.kernel, by_list, false);
+    Dispatch dispatch = dispatch_of({.kernel = call.kernel, .by_list = by_list});
     ElasticParameters& p = call.parameters;
     p.listed_first = touched_.at(2 * static_cast<std::size_t>(call.from.level));
     p.listed = touched_.at(2 * static_cast<std::size_t>(call.from.level) + 1);
@@ -371,7 +421,7 @@ private:
         seen_by_kernels({.width = steps.width, .height = steps.height, .depth = steps.depth});
     steps.height = finest.height;
     steps.depth = finest.depth;
-    Dispatch dispatch = dispatch_of({.has_load = true, .has_boxes = has_boxes_}, false, true);
+    Dispatch dispatch = dispatch_of(together());
     for (std::size_t i = 0; i < elastic_slots_on_levels; ++i) {
       dispatch.arrays[ELASTIC_FROM + i] = slots_[i].get();
       dispatch.arrays[ELASTIC_STORED + i] = slots_[i].get();
@@ -391,6 +441,7 @@ private:
 
   ComputeDevice& device_;
   Programs programs_;
+  std::map<Variant, const Program*> variants_; ///< what was compiled since load()
   LawsOnDevice laws_{device_};
   ElasticLayout layout_;
   std::size_t axes_ = 2;

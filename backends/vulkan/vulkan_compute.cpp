@@ -151,6 +151,11 @@ public:
           vk::raii::Pipeline(device_, nullptr, vk::ComputePipelineCreateInfo({}, stage, *layout_)));
     });
   }
+  std::vector<std::unique_ptr<Program>> compile_all(std::span<const ProgramKind> kinds) override {
+    std::vector<std::unique_ptr<Program>> programs(kinds.size());
+    on_all_threads(kinds.size(), kinds.size() > 1, [&](std::size_t i) { programs[i] = compile(kinds[i]); });
+    return programs;
+  }
   ProgramText text_of(const ProgramKind& kind) const override {
     const Words text = spirv_of(kind);
     return {.bytes = {reinterpret_cast<const char*>(text.data()), text.size() * sizeof(std::uint32_t)},

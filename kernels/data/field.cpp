@@ -7,7 +7,7 @@ namespace hdmbench {
 #ifdef _OPENMP
 void on_all_threads(std::size_t count, bool is_worth_it, const std::function<void(std::size_t)>& call) {
   std::exception_ptr thrown;
-#pragma omp parallel for schedule(guided) if (is_worth_it)
+#pragma omp parallel for schedule(dynamic) if (is_worth_it)
   for (std::size_t i = 0; i < count; ++i) {
     try {
       call(i);
