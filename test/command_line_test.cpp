@@ -41,6 +41,14 @@ TEST(CommandLine, ExplainsItself) {
   EXPECT_THAT(hdmbench("tune --help").output, Not(HasSubstr("of the thesis's energy alone")));
 }
 
+/// test/run has set all that the program would start itself again for.
+TEST(CommandLine, StartsAgainWhereTheEnvironmentLacksSomething) {
+  const std::string version = test::expect_run(0, "--version").output;
+  for (const char* const without : {"env -u GLIBC_TUNABLES", "env -u GOMP_SPINCOUNT", "env -i"}) {
+    EXPECT_EQ(test::expect_run(0, "--version", testing::_, without).output, version) << without;
+  }
+}
+
 /// What a command does, its exit status, and the keys that each of its rows has. A report is made of them
 /// all.
 TEST(CommandLine, WritesRowsOfResults) {

@@ -66,7 +66,7 @@ Words made_special(std::span<const std::uint32_t> spirv, std::span<const std::in
       .RegisterPass(spvtools::CreateDeadBranchElimPass())
       .RegisterPass(spvtools::CreateEliminateDeadFunctionsPass());
   spvtools::OptimizerOptions options;
-  options.set_run_validator(false); // glslang wrote the module, and takes no longer for it than this would
+  options.set_run_validator(false); // glslang wrote the module
   Words module;
   if (!optimizer.Run(spirv.data(), spirv.size(), &module, options)) {
     throw std::logic_error(fmt::format("a shader's SPIR-V cannot be specialised: {}", message));
