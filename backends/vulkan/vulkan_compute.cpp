@@ -1,6 +1,7 @@
 #include "backends/vulkan/vulkan_compute.hpp"
 
 #include "backends/session/device_backend.hpp"
+#include "backends/shared/kept_arithmetic.hpp"
 #include "backends/vulkan/installation.hpp"
 #include "backends/vulkan/spirv.hpp"
 
@@ -20,6 +21,8 @@ namespace {
 using Usage = vk::BufferUsageFlagBits;
 using Stage = vk::PipelineStageFlagBits;
 using Access = vk::AccessFlagBits;
+
+constexpr const char* backend_name = "vulkan-compute";
 
 /// More combinations of arrays than the levels of a session make.
 constexpr std::uint32_t most_sets = 1024;
@@ -143,18 +146,17 @@ public:
     });
   }
   std::unique_ptr<Program> compile(const ProgramKind& kind) override {
-    return guarded([&] {
-      const Words text = spirv_of(kind);
-      const vk::raii::ShaderModule module(device_, {{}, text.size() * sizeof(std::uint32_t), text.data()});
-      const vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *module, "main");
-      return std::make_unique<VulkanProgram>(
-          vk::raii::Pipeline(device_, nullptr, vk::ComputePipelineCreateInfo({}, stage, *layout_)));
-    });
+    return guarded([&] { return program_of(kind); });
   }
   std::vector<std::unique_ptr<Program>> compile_all(std::span<const ProgramKind> kinds) override {
-    std::vector<std::unique_ptr<Program>> programs(kinds.size());
-    on_all_threads(kinds.size(), kinds.size() > 1, [&](std::size_t i) { programs[i] = compile(kinds[i]); });
-    return programs;
+    return guarded([&] {
+      std::vector<std::unique_ptr<Program>> programs(kinds.size());
+      on_all_threads(kinds.size(), kinds.size() > 1, [&](std::size_t i) {
+        const KeptArithmetic kept(backend_name); // of this thread, which computes on the host, too
+        programs[i] = program_of(kinds[i]);
+      });
+      return programs;
+    });
   }
   ProgramText text_of(const ProgramKind& kind) const override {
     const Words text = spirv_of(kind);
@@ -216,6 +218,15 @@ private:
       recording_.reset();
       throw;
     }
+  }
+
+  /// Several threads may call it. Throws what vk::raii throws.
+  [[nodiscard]] std::unique_ptr<Program> program_of(const ProgramKind& kind) const {
+    const Words text = spirv_of(kind);
+    const vk::raii::ShaderModule module(device_, {{}, text.size() * sizeof(std::uint32_t), text.data()});
+    const vk::PipelineShaderStageCreateInfo stage({}, vk::ShaderStageFlagBits::eCompute, *module, "main");
+    return std::make_unique<VulkanProgram>(
+        vk::raii::Pipeline(device_, nullptr, vk::ComputePipelineCreateInfo({}, stage, *layout_)));
   }
 
   std::unique_ptr<Array> make(std::size_t count, Kind kind) override {
@@ -419,7 +430,7 @@ private:
 namespace hdmbench {
 
 std::unique_ptr<Backend> make_vulkan_compute() {
-  return make_device_backend({.name = "vulkan-compute",
+  return make_device_backend({.name = vulkan::backend_name,
                               .description = "GLSL 4.50 compute shader (SPIR-V), Vulkan 1.1, texel buffers",
                               .language = "GLSL 4.50, compute, SPIR-V"},
                              std::make_unique<vulkan::VulkanApi>());

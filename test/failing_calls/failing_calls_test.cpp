@@ -11,16 +11,28 @@ namespace {
 
 using test::Outcome;
 
-/// Runs the program with the stand-ins; `fault` is API/kind/call.
+/// Runs the program with the stand-ins, which are for one thread; `fault` is API/kind/call.
 Outcome with_fault(const std::string& fault, const std::string& arguments) {
-  return test::hdmbench(arguments,
-                        fmt::format("LP_NUM_THREADS=1 LD_LIBRARY_PATH='{}' HDMBENCH_FAILING_CALL='{}'",
-                                    HDMBENCH_STAND_INS, fault));
+  return test::hdmbench(
+      arguments,
+      fmt::format("LP_NUM_THREADS=1 OMP_NUM_THREADS=1 LD_LIBRARY_PATH='{}' HDMBENCH_FAILING_CALL='{}'",
+                  HDMBENCH_STAND_INS, fault));
 }
 
 /// One that is there and disagrees is there.
 bool has(const std::string& backend) {
   return test::hdmbench("verify square --size 5 --quick --backends " + backend).status != 2;
+}
+
+/// The kernels of a batch are compiled on all threads, where an error must not get lost.
+TEST(FailingCalls, OfOneKernelAmongManyIsNamed) {
+  if (!has("vulkan-compute")) {
+    GTEST_SKIP() << "no Vulkan";
+  }
+  const Outcome outcome = with_fault("Vulkan/OUT_OF_HOST_MEMORY/vkCreateComputePipelines",
+                                     "verify cube --energy elastic --sizes 9x8x7 --backends vulkan-compute");
+  EXPECT_EQ(outcome.status, 2) << outcome.output;
+  EXPECT_THAT(outcome.output, HasSubstr("vkCreateComputePipelines: ErrorOutOfHostMemory"));
 }
 
 TEST(FailingCalls, EndTheCommandWithTheCallOfOpenGl) {
