@@ -100,7 +100,7 @@ std::vector<Body> bodies() {
       "[[shape]]\nkind = \"ellipse\"\nlabel = 2\ncentre = [0.7, 0.35]\nsize = [0.25, 0.25]\n";
   const std::string volume =
       "size = [21, 19, 20]\nspacing = [2.0, 3.0, 2.0]\n" + tissues +
-      "[[shape]]\nkind = \"ellipsoid\"\nlabel = 1\ncentre = [0.5, 0.5, 0.5]\nsize = [0.9, 0.6, 0.75]\n"
+      "[[shape]]\nkind = \"ellipsoid\"\nlabel = 1\ncentre = [0.5, 0.5, 0.5]\nsize = [0.9, 0.5, 0.6]\n"
       "[[shape]]\nkind = \"ellipsoid\"\nlabel = 3\ncentre = [0.3, 0.5, 0.5]\nsize = [0.2, 0.3, 0.3]\n"
       "[[shape]]\nkind = \"ellipsoid\"\nlabel = 2\ncentre = [0.6, 0.35, 0.5]\nsize = [0.25, 0.25, 0.25]\n";
   const std::string held = "[[condition]]\nwhere = \"outside\"\ndx = 0.0\ndy = 0.0\n";

@@ -6,7 +6,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
-#include <functional>
 #include <span>
 #include <utility>
 
@@ -16,31 +15,75 @@ namespace {
 
 /// How far around a site its normal looks, pixels: far enough to see a slope in stairs of pixels, as normals
 /// that are off hold what slides. Walls.NormalsOfPixelsAreThoseOfTheOutline measures by how much.
-constexpr double reach_of_normals = 7.0;
+constexpr double reach_of_normals = 9.0;
+/// It must not see around a small or thin body: so many times its thickness() are four fifths of the radius
+/// of a ball.
+constexpr double reach_of_thickness = 2.4;
+/// Nearer than that stairs of pixels have no slope.
+constexpr double least_reach = 4.0;
 /// Stairs of long pixels are as long, so it looks farther there, at most so many times.
 constexpr double most_of_long_sides = 2.0;
 
 using Direction = std::array<double, 3>;
 
-/// The sites around one, by steps along each axis, each with its way in pixels.
+double product(const Direction& a, const Direction& b) {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+
+/// Of length 1, or 0.
+Direction unit(Direction way) {
+  const double length = std::sqrt(product(way, way));
+  for (double& component : way) {
+    component = length > 0.0 ? component / length : 0.0;
+  }
+  return way;
+}
+
+/// Returns how thick the tissue is that is not beyond a wall: its volume over the area of the wall, pixels; a
+/// third of the radius of a ball, half the radius of a disc.
+double thickness(const std::vector<bool>& beyond, Extent extent, const std::array<double, 3>& step) {
+  std::array<std::size_t, 3> faces{}; // across each axis
+  for_each_site(extent, [&](int x, int y, int z) {
+    const std::array<int, 3> place{x, y, z};
+    const std::size_t site = extent.index(x, y, z);
+    std::size_t next = 1;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const int sites = extent.sides()[axis];
+      faces[axis] += place[axis] + 1 < sites && beyond[site] != beyond[site + next] ? 1 : 0;
+      next *= static_cast<std::size_t>(sites);
+    }
+  });
+  // Stairs have the area of their outline's three projections.
+  const double area = std::hypot(static_cast<double>(faces[0]) * step[1] * step[2],
+                                 static_cast<double>(faces[1]) * step[2] * step[0],
+                                 static_cast<double>(faces[2]) * step[0] * step[1]);
+  const auto inside = static_cast<double>(std::ranges::count(beyond, false));
+  return area > 0.0 ? inside * step[0] * step[1] * step[2] / area : 0.0;
+}
+
+/// The sites around one.
 class Surroundings {
 public:
   Surroundings(const std::vector<bool>& beyond, const std::vector<bool>& shape, Extent extent,
                const std::array<double, 3>& step)
-      : beyond_(beyond), shape_(shape), extent_(extent) {
+      : beyond_(beyond), shape_(shape), extent_(extent), step_(step) {
     const auto sides = std::span(step).first(extent.axes());
-    const double farthest = reach_of_normals * std::min(std::ranges::max(sides), most_of_long_sides);
-    std::array<int, 3> reach{};
+    const double reach =
+        std::clamp(reach_of_thickness * thickness(beyond, extent, step), least_reach, reach_of_normals);
+    const double farthest = reach * std::min(std::ranges::max(sides), most_of_long_sides);
     for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-      reach[axis] = static_cast<int>(std::max(1.0, farthest / step[axis]));
+      reach_[axis] = static_cast<int>(std::max(1.0, farthest / step[axis]));
     }
-    for (int k = -reach[2]; k <= reach[2]; ++k) {
-      for (int j = -reach[1]; j <= reach[1]; ++j) {
-        for (int i = -reach[0]; i <= reach[0]; ++i) {
+    for (int k = -reach_[2]; k <= reach_[2]; ++k) {
+      for (int j = -reach_[1]; j <= reach_[1]; ++j) {
+        for (int i = -reach_[0]; i <= reach_[0]; ++i) {
           const Direction way{i * step[0], j * step[1], k * step[2]};
-          const bool is_next = std::abs(i) + std::abs(j) + std::abs(k) == 1;
-          if (is_next || std::hypot(way[0], way[1], way[2]) <= farthest) {
-            seen_.emplace_back(std::array{i, j, k}, way);
+          const double weight = 1.0 - product(way, way) / (farthest * farthest);
+          if (weight > 0.0) {
+            const auto offset =
+                static_cast<std::ptrdiff_t>(extent.index(reach_[0] + i, reach_[1] + j, reach_[2] + k)) -
+                static_cast<std::ptrdiff_t>(extent.index(reach_[0], reach_[1], reach_[2]));
+            seen_.push_back({{i, j, k}, offset, way, {weight * way[0], weight * way[1], weight * way[2]}});
           }
         }
       }
@@ -48,7 +91,12 @@ public:
   }
 
   /// Whether a place is beyond the wall; outside the image all is as at the nearest site.
-  [[nodiscard]] bool is_beyond(const std::array<int, 3>& place) const { return at(beyond_, place); }
+  [[nodiscard]] bool is_beyond(std::array<int, 3> place) const {
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      place[axis] = std::clamp(place[axis], 0, extent_.sides()[axis] - 1);
+    }
+    return beyond_[extent_.index(place[0], place[1], place[2])];
+  }
   /// Whether a site that shares a side, or else a corner of a cell, with the place is on the other side.
   [[nodiscard]] bool is_beside(const std::array<int, 3>& place, bool corners) const {
     const bool own = is_beyond(place);
@@ -66,33 +114,102 @@ public:
     }
     return false;
   }
-  /// The way to the middle of the shape around the place, of length 1; 0 where there is no such way.
+  /// Returns the way to the middle of the shape around the place, of length 1; 0 where there is no such way.
+  /// What is nearer counts more: then a pixel more or less at the rim of what is seen turns it little.
+  /// Outside the image all is as where one gets to from there along the wall.
   [[nodiscard]] Direction normal(const std::array<int, 3>& place) const {
-    Direction sum{};
-    for (const auto& [steps, way] : seen_) {
-      if (at(shape_, {place[0] + steps[0], place[1] + steps[1], place[2] + steps[2]})) {
-        std::ranges::transform(sum, way, sum.begin(), std::plus<>());
+    Direction found = way_to_neighbours(place);
+    const bool is_inside = sees_no_border(place);
+    const std::size_t site = extent_.index(place[0], place[1], place[2]);
+    double change = 1.0;
+    for (int times = 0; times < 20 && change > 1e-6; ++times) { // where all is inside, once
+      const Direction before = std::exchange(found, {});
+      for (const Seen& seen : seen_) {
+        std::size_t there =
+            is_inside ? site + static_cast<std::size_t>(seen.offset) : index_of(place, seen.steps);
+        there = there != outside ? there : along_wall(place, seen.way, before);
+        if (shape_[there]) {
+          add(seen.weighted, found);
+        }
       }
+      found = unit(found);
+      change = is_inside ? 0.0 : 1.0 - product(before, found);
     }
-    const double length = std::hypot(sum[0], sum[1], sum[2]);
-    for (double& component : sum) {
-      component = length > 0.0 ? component / length : 0.0;
-    }
-    return sum;
+    return found;
   }
 
 private:
-  [[nodiscard]] bool at(const std::vector<bool>& sites, std::array<int, 3> place) const {
+  struct Seen {
+    std::array<int, 3> steps; ///< along each axis
+    std::ptrdiff_t offset;    ///< in the order of sites
+    Direction way;            ///< pixels
+    Direction weighted;       ///< the less the farther
+  };
+  static constexpr std::size_t outside = static_cast<std::size_t>(-1);
+
+  static void add(const Direction& way, Direction& sum) {
     for (std::size_t axis = 0; axis < 3; ++axis) {
-      place[axis] = std::clamp(place[axis], 0, extent_.sides()[axis] - 1);
+      sum[axis] += way[axis];
     }
-    return sites[extent_.index(place[0], place[1], place[2])];
+  }
+  [[nodiscard]] std::size_t index_of(const std::array<int, 3>& place, const std::array<int, 3>& steps) const {
+    const std::array<int, 3> there{place[0] + steps[0], place[1] + steps[1], place[2] + steps[2]};
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (there[axis] < 0 || there[axis] >= extent_.sides()[axis]) {
+        return outside;
+      }
+    }
+    return extent_.index(there[0], there[1], there[2]);
+  }
+  [[nodiscard]] bool sees_no_border(const std::array<int, 3>& place) const {
+    for (std::size_t axis = 0; axis < extent_.axes(); ++axis) {
+      if (place[axis] < reach_[axis] || place[axis] + reach_[axis] >= extent_.sides()[axis]) {
+        return false;
+      }
+    }
+    return true;
+  }
+  /// Returns the site of the image to which a place outside comes along a wall with that normal.
+  [[nodiscard]] std::size_t along_wall(const std::array<int, 3>& place, Direction way,
+                                       const Direction& normal) const {
+    const auto last = [&](std::size_t axis) { return extent_.sides()[axis] - 1; };
+    for (std::size_t axis = 0; axis < extent_.axes(); ++axis) {
+      const double first_way = -place[axis] * step_[axis];
+      const double last_way = (last(axis) - place[axis]) * step_[axis];
+      const double missing = std::clamp(way[axis], first_way, last_way) - way[axis];
+      const double slope = std::max(0.1, 1.0 - normal[axis] * normal[axis]);
+      for (std::size_t other = 0; other < 3; ++other) {
+        const double along = (other == axis ? 1.0 : 0.0) - normal[axis] * normal[other];
+        way[other] += missing / slope * along;
+      }
+    }
+    std::array<int, 3> there{};
+    for (std::size_t axis = 0; axis < extent_.axes(); ++axis) {
+      there[axis] =
+          std::clamp(place[axis] + static_cast<int>(std::lround(way[axis] / step_[axis])), 0, last(axis));
+    }
+    return extent_.index(there[0], there[1], there[2]);
+  }
+  /// Returns the direction of the neighbours that are in the shape.
+  [[nodiscard]] Direction way_to_neighbours(const std::array<int, 3>& place) const {
+    Direction sum{};
+    for (std::size_t axis = 0; axis < extent_.axes(); ++axis) {
+      for (const int step : {-1, 1}) {
+        std::array<int, 3> steps{};
+        steps[axis] = step;
+        const std::size_t there = index_of(place, steps);
+        sum[axis] += there != outside && shape_[there] ? step * step_[axis] : 0.0;
+      }
+    }
+    return unit(sum);
   }
 
   const std::vector<bool>& beyond_;
   const std::vector<bool>& shape_;
   Extent extent_;
-  std::vector<std::pair<std::array<int, 3>, Direction>> seen_; ///< what a normal looks at
+  std::array<double, 3> step_;
+  std::array<int, 3> reach_{};
+  std::vector<Seen> seen_; ///< what a normal looks at
 };
 
 /// The whole cells between sites, of which no corner is solid.

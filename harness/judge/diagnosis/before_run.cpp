@@ -3,6 +3,8 @@
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
+#include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/elastic/wall_hold.hpp"
 
 #include <fmt/format.h>
 
@@ -282,6 +284,14 @@ void check_poisson_ratio(const Scene& scene, Warnings& warnings) {
   }
 }
 
+void check_walls(const Scene& scene, Warnings& warnings) {
+  constexpr double least = 8.0; // degrees: a quarter of the way
+  if (const double angle = least_angle_to_walls(scene.full); angle < least) {
+    warn(warnings, "walls-hold-little", std::nullopt, "angle"_a = angle, "error"_a = error_of_normals,
+         "percent"_a = 100.0 * largest_share_of_normals(angle));
+  }
+}
+
 void check_resampling(const Scene& scene, Warnings& warnings) {
   if (scene.oblong) {
     const auto [least, most] =
@@ -305,6 +315,7 @@ Warnings diagnose(const Scene& scene) {
     check_conflicts(scene, warnings);
     check_elastic_cycles(scene, warnings);
     check_poisson_ratio(scene, warnings);
+    check_walls(scene, warnings);
     return warnings;
   }
   for (const Component& component : components(scene)) {

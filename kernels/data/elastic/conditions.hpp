@@ -59,6 +59,10 @@ void require_held(const Level& level);
 /// Says which part of the tissue floats (floating_share), in words; empty: none does.
 [[nodiscard]] std::string floating_part(const Level& level);
 
+/// Returns the least angle to its walls that any part of the tissue can go at (WallHold), degrees; without
+/// walls 90.
+[[nodiscard]] double least_angle_to_walls(const Level& level);
+
 /// A displacement to begin with (pixels): the targets where a component is observed, means of them
 /// elsewhere, of the nearer ones where there are any. The same bits whatever the number of threads. The level
 /// is held.

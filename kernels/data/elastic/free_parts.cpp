@@ -1,6 +1,7 @@
 #include "kernels/data/elastic/conditions.hpp"
 
 #include "kernels/data/elastic/springs.hpp"
+#include "kernels/data/elastic/wall_hold.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/modulus.hpp"
 
@@ -180,6 +181,7 @@ private:
 /// What is known of a part.
 struct Part {
   Hold hold;
+  WallHold walls;
   int tissue = 0;           ///< sites that are not void
   std::array<int, 3> first; ///< of these, along x, y and z
   std::array<int, 3> last;
@@ -191,18 +193,27 @@ struct Part {
     }
     ++tissue;
   }
+  /// As Hold says it, and where errors of normals are all that walls hold it by.
+  [[nodiscard]] std::string freedom() const {
+    if (const std::string free = hold.freedom(); !free.empty()) {
+      return free;
+    }
+    const double angle = walls.least_angle();
+    return angle > error_of_normals
+               ? ""
+               : fmt::format(
+                     "can slide along its walls or turn in them: its sites would go at {:.1f} degrees "
+                     "to them, and normals of pixels err by {} themselves; a point or another "
+                     "condition must hold it",
+                     angle, error_of_normals);
+  }
 };
 
-/// Says where softer sites, of less than `share` of the largest modulus, cut off a part of the tissue that no
-/// condition holds, and how it can move; empty: all parts are held. Sites next to each other, diagonally
-/// too, are one part, and so are those with a single softer one between them: they share a site of a cell.
-std::string free_part(const Level& level, float share) {
+/// Returns the parts of the tissue that softer sites, of less than this modulus, cut off, by their first
+/// sites. Sites next to each other, diagonally too, are one part, and so are those with a single softer one
+/// between them: they share a site of a cell.
+std::map<std::size_t, Part> parts_of(const Level& level, float least) {
   const std::vector<float>& modulus = level.modulus.values;
-  const ModulusRange range = modulus_range(level.modulus);
-  const float least = share * static_cast<float>(range.stiffest);
-  if (static_cast<float>(range.softest) >= least) {
-    return "";
-  }
   const Extent extent = level.extent;
   Parts parts(extent.sites());
   std::vector<std::uint8_t> in_tissue(extent.sites()); // a site of a cell that is not all void
@@ -220,19 +231,34 @@ std::string free_part(const Level& level, float share) {
       }
     }
   });
-  std::map<std::size_t, Part> found; // by the first site
+  std::map<std::size_t, Part> found;
   for_each_site(extent, [&](int x, int y, int z) {
     const std::size_t at = extent.index(x, y, z);
     if (in_tissue[at] != 0) {
       Part& part = found[parts.of(at)];
       part.hold.add(level, x, y, z, least_holding);
+      if (level.has_walls) {
+        part.walls.add(level, {x, y, z});
+      }
       if (modulus[at] >= least) {
         part.add_tissue({x, y, z});
       }
     }
   });
-  for (const auto& [site, part] : found) {
-    if (const std::string freedom = part.hold.freedom(); !freedom.empty()) {
+  return found;
+}
+
+/// Says where softer sites, of less than `share` of the largest modulus, cut off a part of the tissue that no
+/// condition holds, and how it can move; empty: all parts are held.
+std::string free_part(const Level& level, float share) {
+  const ModulusRange range = modulus_range(level.modulus);
+  const float least = share * static_cast<float>(range.stiffest);
+  if (static_cast<float>(range.softest) >= least) {
+    return "";
+  }
+  const Extent extent = level.extent;
+  for (const auto& [site, part] : parts_of(level, least)) {
+    if (const std::string freedom = part.freedom(); !freedom.empty()) {
       std::string where;
       for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
         where += fmt::format("{}{} = {} ... {}", axis == 0 ? "" : ", ", "xyz"[axis], part.first[axis],
@@ -290,6 +316,16 @@ float void_modulus(const Level& level) {
 
 std::string floating_part(const Level& level) {
   return free_part(level, floating_share);
+}
+
+double least_angle_to_walls(const Level& level) {
+  double least = 90.0;
+  if (level.has_walls) {
+    for (const auto& [site, part] : parts_of(level, void_modulus(level))) {
+      least = std::min(least, part.walls.least_angle());
+    }
+  }
+  return least;
 }
 
 std::vector<RigidMotion> free_motions(const Level& level) {
