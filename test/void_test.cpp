@@ -5,6 +5,7 @@
 #include "harness/solve/methods/solver.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/input_error.hpp"
+#include "reference/finite_elements.hpp"
 #include "reference/large_strains.hpp"
 #include "test/files.hpp"
 #include "test/scenes.hpp"
@@ -118,7 +119,47 @@ TEST(Void, NobodyIsToldOfWhatVoidBrings) {
     return found;
   };
   EXPECT_EQ(kinds(scene_of(folder, {.more = "law = \"neo-hookean\"\n"})), "");
-  EXPECT_EQ(kinds(scene_of(folder, {})), "stalling-cycles "); // the usual method's cycles do stall at void
+  EXPECT_EQ(kinds(scene_of(folder, {})), "");
+  const std::string cycles = "[schedule]\nmethod = \"full-multigrid\"\n";
+  EXPECT_THAT(kinds(scene_of(folder, {.load = cycles})), HasSubstr("stalling-cycles")) << "they do stall";
+}
+
+/// Cycles by themselves were .7 px off beside a slit, and estimated .04.
+TEST(Void, TheUsualMethodIsRightBesideIt) {
+  const test::TemporaryFolder folder;
+  const auto slits = [](int sites, int from, int to, int apart, int wide) {
+    std::string text;
+    for (int x = from; x <= to; x += apart) {
+      text +=
+          fmt::format("[[shape]]\nkind = \"rectangle\"\nlabel = 2\ncentre = [{0}, 0.5]\nsize = [{1}, 0.8]\n",
+                      static_cast<double>(x) / (sites - 1), (wide - 0.5) / (sites - 1));
+    }
+    return text;
+  };
+  for (const auto& [name, sites, slit, most] : {std::tuple{"slit", 65, slits(65, 32, 32, 1, 3), 0.01},
+                                                {"slit", 129, slits(129, 64, 64, 1, 3), 0.03},
+                                                {"comb", 65, slits(65, 9, 55, 8, 3), 0.3},
+                                                {"comb", 129, slits(129, 9, 115, 8, 3), 0.3}}) {
+    const Scene scene = load_scene(
+        folder
+            .write(
+                "scene.toml",
+                fmt::format("energy = \"elastic\"\nsize = [{0}, {0}]\n[[tissue]]\nlabel = 1\nmodulus = 3.0\n"
+                            "gray = 90\n[[tissue]]\nlabel = 2\nmodulus = 0.0\ngray = 9\n[[shape]]\n"
+                            "kind = \"everything\"\nlabel = 1\n{1}[[condition]]\nwhere = \"left\"\ndx = 0.0\n"
+                            "dy = 0.0\n[[condition]]\nwhere = \"right\"\ndx = -4.0\ndy = 2.0\n",
+                            sites, slit))
+            .string());
+    EXPECT_EQ(scene.schedule.method, "conjugate-gradients");
+    const Solution found = test::solved(scene, "openmp");
+    const ReferenceField truth =
+        solve_finite_elements(elastic_problem(scene.full), ElementRule::of(scene.extent(), scene.elastic));
+    const double error = rmsd_of_tissue(scene, ReferenceField(found.displacement), truth);
+    fmt::print("{} of {}: {:.2g} px off, {:.2g} estimated\n", name, sites, error, *found.estimated_error);
+    EXPECT_LT(error, most);
+    EXPECT_LT(error, 5.0 * *found.estimated_error);
+    EXPECT_LT(*found.estimated_error, 20.0 * std::max(error, 1e-3));
+  }
 }
 
 TEST(Void, APartThatNothingHoldsIsRefusedWithItsPlace) {

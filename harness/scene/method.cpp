@@ -1,6 +1,7 @@
 #include "harness/scene/method.hpp"
 
 #include "kernels/data/input_error.hpp"
+#include "kernels/data/modulus.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>
@@ -83,7 +84,8 @@ constexpr std::array all{
 
 constexpr std::array all_elastic{
     Method{elastic_full_multigrid, "from the coarsest level up, a W cycle on each, then cycles",
-           "cycles on the full resolution", 2, "", unchanged},
+           "cycles on the full resolution", 2, "", unchanged,
+           100.0}, // of layers two pixels thin: from 10,000 on cycles leave pixels while they move nothing
     Method{elastic_conjugate_gradients, "after full multigrid: its cycle as preconditioner", "steps", 8, "",
            unchanged},
     Method{elastic_sweeps, "damped Jacobi sweeps over the full resolution, no levels", "sweeps", 50, "",
@@ -179,6 +181,18 @@ const Method& find_method(std::string_view name, const RegisteredEnergy* energy)
                                fmt::join(names, ", ")));
 }
 
+const Method& usual_method(const Scene& scene) {
+  const std::span<const Method> methods = scene.energy->methods;
+  const ScalarField& modulus = scene.full.modulus;
+  const auto takes = [](const Method& method, double contrast) { return !(contrast > method.most_contrast); };
+  const double in_all = contrast_of(modulus);
+  if (takes(methods.front(), in_all)) {
+    return methods.front(); // no two neighbours differ more
+  }
+  const double contrast = largest_neighbour_contrast(modulus).ratio;
+  return *std::ranges::find_if(methods, [&](const Method& method) { return takes(method, contrast); });
+}
+
 void set_energy_of_sites(Scene& scene) {
   const RegisteredEnergy& energy = *scene.energy;
   scene.full.energy = energy.is_of_cells() ? &thesis_energy : energy.of_sites;
@@ -221,7 +235,7 @@ void use_energy(Scene& scene, const RegisteredEnergy& energy) {
   set_energy_of_sites(scene);
   if (!keeps_schedule) {
     scene.schedule = {};
-    use_method(scene, energy.methods.front());
+    use_method(scene, usual_method(scene));
   }
 }
 

@@ -2,6 +2,7 @@
 
 #include "harness/scene/scene.hpp"
 
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -22,6 +23,8 @@ struct Method {
   std::string_view takes;   ///< the keys that are its own (harness/scene/schedule_keys.hpp): "steps, update"
   /// Sets the schedule up; of the level it changes steps and update.
   void (*configure)(Schedule& schedule, Level& level);
+  /// It is the usual one where no two neighbours differ by more: beyond it stalls.
+  double most_contrast = std::numeric_limits<double>::infinity();
 };
 
 /// The methods that sweep over the sites of the levels, the thesis's own first. They minimise whatever energy
@@ -42,7 +45,7 @@ enum class ReferenceSolution {
 struct RegisteredEnergy {
   std::string_view name;           ///< in scene files, on the command line and in results: "hdm"
   std::string_view summary;        ///< a few words for people
-  std::span<const Method> methods; ///< that minimise it, at least one, the usual one first
+  std::span<const Method> methods; ///< that minimise it, at least one (usual_method)
   ReferenceSolution near = ReferenceSolution::fixed_point;
   /// What a Session sweeps over site by site. Null: the energy is one of the cells between sites, and an
   /// ElasticSession solves it.
@@ -84,6 +87,9 @@ bool register_energy(const RegisteredEnergy& energy);
 /// No two methods have the same name. With `energy` only its own are looked at. Throws InputError that lists
 /// the names.
 [[nodiscard]] const Method& find_method(std::string_view name, const RegisteredEnergy* energy = nullptr);
+
+/// Returns the first method of the scene's energy that takes the contrast of its moduli.
+[[nodiscard]] const Method& usual_method(const Scene& scene);
 
 /// Gives scene.full what scene.energy sweeps over: Level::energy and its inputs.
 void set_energy_of_sites(Scene& scene);

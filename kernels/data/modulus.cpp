@@ -90,6 +90,28 @@ ModulusRange modulus_range(const ScalarField& modulus) {
           .stiffest = static_cast<double>(std::bit_cast<float>(stiffest))};
 }
 
+NeighbourContrast largest_neighbour_contrast(const ScalarField& modulus) {
+  NeighbourContrast found;
+  const Extent extent = modulus.extent;
+  for_each_site(extent, [&](int x, int y, int z) {
+    const std::size_t at = extent.index(x, y, z);
+    for (int i = 14; i < (extent.depth > 1 ? 27 : 18); ++i) { // the half of the neighbours that is ahead
+      const int nx = x + i % 3 - 1;
+      const int ny = y + i / 3 % 3 - 1;
+      const int nz = z + i / 9 - 1;
+      if (std::min(nx, ny) >= 0 && nx < extent.width && ny < extent.height && nz < extent.depth) {
+        const std::size_t other = extent.index(nx, ny, nz);
+        const auto [soft, stiff] = std::minmax(modulus.values[at], modulus.values[other]);
+        const double ratio = static_cast<double>(stiff) / static_cast<double>(soft);
+        if (ratio > found.ratio) {
+          found = {ratio, modulus.values[at] < modulus.values[other] ? other : at};
+        }
+      }
+    }
+  });
+  return found;
+}
+
 int exponent_to_safe_moduli(const ModulusRange& range) {
   const bool is_empty = range.stiffest < range.softest;
   const bool is_safe = range.stiffest >= 0x1p-20 && range.stiffest <= 0x1p40 && range.softest >= 0x1p-60;

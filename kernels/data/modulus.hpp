@@ -44,6 +44,15 @@ struct ModulusRange {
   return range.stiffest / range.softest;
 }
 
+/// The stiffest site beside a softer one, where their ratio is the largest.
+struct NeighbourContrast {
+  double ratio = 1.0;
+  std::size_t site = 0;
+};
+
+/// Returns the largest contrast of an image's sites to those that share a cell with them. Moduli are > 0.
+[[nodiscard]] NeighbourContrast largest_neighbour_contrast(const ScalarField& modulus);
+
 /// The power of two that brings moduli of this range to around 1; 0 where products of them with each other,
 /// and with squares of displacements, stay within float as they are. A field only depends on their ratios.
 [[nodiscard]] int exponent_to_safe_moduli(const ModulusRange& range);

@@ -5,6 +5,7 @@
 #include "harness/scene/sites.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/wall_hold.hpp"
+#include "kernels/data/modulus.hpp"
 
 #include <fmt/format.h>
 
@@ -197,38 +198,16 @@ void check_offset(const Scene& scene, Warnings& warnings) {
   }
 }
 
-/// Largest modulus of a site over that of a neighbour, and where the stiffer one is.
-Seen largest_contrast(const Level& level) {
-  Seen found{.most = 1.0};
-  const Extent extent = level.extent;
-  const auto& modulus = level.modulus.values;
-  for_each_site(extent, [&](int x, int y, int z) {
-    const std::size_t at = extent.index(x, y, z);
-    for (int i = 14; i < (extent.depth > 1 ? 27 : 18); ++i) { // the half of the neighbours that is ahead
-      const int nx = x + i % 3 - 1;
-      const int ny = y + i / 3 % 3 - 1;
-      const int nz = z + i / 9 - 1;
-      if (std::min(nx, ny) >= 0 && nx < extent.width && ny < extent.height && nz < extent.depth) {
-        const std::size_t other = extent.index(nx, ny, nz);
-        const auto [soft, stiff] = std::minmax(modulus[at], modulus[other]);
-        found.add(static_cast<double>(stiff) / static_cast<double>(soft),
-                  modulus[at] < modulus[other] ? other : at);
-      }
-    }
-  });
-  return found;
-}
-
 /// On a straight boundary each triple of a stiff site has a softer neighbour u on one side, r = m_t / m_u,
 /// and its own material on the other: u pulls with the weight w = (1 + r) + 2 out of A = (1 + r)^2 + 4. The
 /// site moves by e only where its minimum is more than e / 2 away, so where the soft side is e A / 2w ahead;
 /// no two sites can be farther apart than the targets. Below w / A = 2^-24 float32 does not feel the softer
 /// side at all; where 6 (1 + r)^2 e^2 (in a volume 27) leaves its range every energy is infinite.
 void check_contrast(const Scene& scene, Warnings& warnings) {
-  const Seen contrast = largest_contrast(scene.full);
-  const double r = contrast.most;
+  const NeighbourContrast contrast = largest_neighbour_contrast(scene.full.modulus);
+  const double r = contrast.ratio;
   const double lag = ((1.0 + r) * (1.0 + r) + 4.0) / (3.0 + r);
-  const std::string where = scene.extent().place(contrast.worst);
+  const std::string where = scene.extent().place(contrast.site);
   const StepSizes steps = step_sizes(scene.full.steps);
   const double largest_energy = static_cast<double>(scene.extent().axes()) * neighbours_aside(scene) *
                                 std::pow((1.0 + r) * std::max(1.0, steps.largest), 2.0);
@@ -255,19 +234,14 @@ void check_rest_candidate(const Scene& scene, Warnings& warnings) {
   }
 }
 
-/// Layers two pixels thin: from a ratio of 10,000 on, cycles leave pixels while they move nothing any more.
 void check_elastic_cycles(const Scene& scene, Warnings& warnings) {
-  if (scene.schedule.method != elastic_full_multigrid || has_laws(scene.full)) {
-    return;
-  }
-  constexpr double most = 100.0;
-  const auto [softest, stiffest] = std::ranges::minmax(scene.full.modulus.values);
-  if (!(static_cast<double>(stiffest) / static_cast<double>(softest) > most)) {
+  const double most = find_method(scene.schedule.method, scene.energy).most_contrast;
+  if (has_laws(scene.full) || !(contrast_of(scene.full.modulus) > most)) {
     return; // no two neighbours differ more
   }
-  if (const Seen contrast = largest_contrast(scene.full); contrast.most > most) {
-    warn(warnings, "stalling-cycles", std::nullopt, "ratio"_a = contrast.most,
-         "place"_a = scene.extent().place(contrast.worst), "most"_a = most);
+  if (const NeighbourContrast found = largest_neighbour_contrast(scene.full.modulus); found.ratio > most) {
+    warn(warnings, "stalling-cycles", std::nullopt, "ratio"_a = found.ratio,
+         "place"_a = scene.extent().place(found.site), "most"_a = most);
   }
 }
 

@@ -57,7 +57,9 @@ double contrast_of_tissue(const Level& level) {
 
 RemainingError::RemainingError(const Level& level)
     : contrast_(contrast_of_tissue(level)), oblong_(oblong_below(std::ranges::max(level.sides))),
-      mistrust_(floating_part(level)), is_slender_(slenderness(level) > most_compact),
+      mistrust_(floating_part(level)),
+      has_void_(static_cast<float>(modulus_range(level.modulus).softest) < void_modulus(level)),
+      is_slender_(slenderness(level) > most_compact),
       is_free_(has_springs(level) && !free_motions(level).empty()) {
   if (!mistrust_.empty()) {
     mistrust_ = "float32 cannot tell how a part of the tissue moves, " + mistrust_;

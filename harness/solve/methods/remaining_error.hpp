@@ -71,7 +71,7 @@ public:
     const double of_slow = std::pow(std::max(0.25 / eigenvalue(), 1.0), 0.45);
     const double of_springs = is_free_ ? 1.5 : 1.0;
     const double of_bending = !is_slender_ ? 1.0 : moved_.size() < least_bending_steps ? 8.0 : 2.0;
-    return left * of_slow * of_springs * of_bending * of_soft * moved_.back();
+    return std::max(left * of_slow * of_springs * of_bending * of_soft * moved_.back(), left_in_parts());
   }
 
   /// Whether what is left is within `accuracy`, pixels, with a margin for an estimate that is wrong. It is
@@ -99,6 +99,14 @@ public:
   [[nodiscard]] bool is_at_rest(double least) const { return cautious_estimate() < least; }
 
 private:
+  /// What void leaves of tissue, in teeth or sheets, bends more easily than coarse cells can, and steps move
+  /// it late. Of 84 estimates the error was up to 1.2 of the last step over the smallest eigenvalue, and half
+  /// of them were within a third; where that is not small, series of steps tell more. RMS, pixels.
+  [[nodiscard]] double left_in_parts() const {
+    const double slow = smallest_.falls() ? 0.15 : 0.05;
+    const bool is_slow = has_void_ && moved_.size() > 1 && eigenvalue() < slow;
+    return is_slow ? 0.3 * moved_.back() / eigenvalue() : 0.0;
+  }
   /// Later steps are taken to go on as the last ones did, and partly in the same direction: between their sum
   /// and the root of the sum of their squares.
   [[nodiscard]] double cautious_estimate() const {
@@ -125,6 +133,7 @@ private:
   double contrast_;
   double oblong_;
   std::string mistrust_;
+  bool has_void_;
   bool is_slender_;
   bool is_free_;
   SmallestEigenvalue smallest_;
