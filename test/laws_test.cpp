@@ -493,7 +493,7 @@ dx = 0.0
 )",
                                      0.2);
   EXPECT_EQ(found.beyond_law + found.failure, "");
-  EXPECT_GT(*found.least_volume, 0.5);
+  EXPECT_GT(*found.least_volume, 0.2);
 }
 
 /// The message says where a cell is that stays so, and not that a closer look did not end.

@@ -39,8 +39,7 @@ double oblong_below(double longest_side) {
   return longest_side;
 }
 
-/// What steps have to bring together: the stiffest tissue over the softest one that is not void, which
-/// nothing is transmitted by, or a wall over its tissue.
+/// Returns the stiffest tissue over the softest one that is not void, by which nothing is transmitted.
 double contrast_of_tissue(const Level& level) {
   const float least = void_modulus(level);
   float softest = std::numeric_limits<float>::max();
@@ -49,21 +48,33 @@ double contrast_of_tissue(const Level& level) {
     softest = modulus >= least ? std::min(softest, modulus) : softest;
     stiffest = std::max(stiffest, modulus);
   }
+  return double{stiffest} / double{softest};
+}
+
+/// Returns what steps have to bring together: tissues, or a wall and its tissue.
+double contrast_of_steps(const Level& level) {
   const double of_walls = level.springs.empty() ? 1.0 : double{stiffness_of_walls};
-  return std::max(double{stiffest} / double{softest}, of_walls);
+  return std::max(contrast_of_tissue(level), of_walls);
+}
+
+bool has_void(const Level& level) {
+  return static_cast<float>(modulus_range(level.modulus).softest) < void_modulus(level);
 }
 
 } // namespace
 
 RemainingError::RemainingError(const Level& level)
-    : contrast_(contrast_of_tissue(level)), oblong_(oblong_below(std::ranges::max(level.sides))),
-      mistrust_(floating_part(level)),
-      has_void_(static_cast<float>(modulus_range(level.modulus).softest) < void_modulus(level)),
+    : contrast_(contrast_of_steps(level)), oblong_(oblong_below(std::ranges::max(level.sides))),
+      mistrust_(floating_part(level)), has_void_(has_void(level)),
       is_slender_(slenderness(level) > most_compact),
       is_free_(has_springs(level) && !free_motions(level).empty()) {
   if (!mistrust_.empty()) {
     mistrust_ = "float32 cannot tell how a part of the tissue moves, " + mistrust_;
   }
 }
+
+LeftByCycles::LeftByCycles(const Level& level)
+    : slides_(level.has_walls), has_void_(has_void(level) && !slides_),
+      contrast_(std::max(contrast_of_tissue(level), has_void_ ? 1e4 : 1.0)) {}
 
 } // namespace hdmbench

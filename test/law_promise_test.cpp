@@ -1,0 +1,130 @@
+// What an accuracy promises of laws of large strains where the slowest part of the error hides: beside void,
+// and where one tissue is a thousand times as stiff as another.
+
+#include "harness/judge/truths.hpp"
+#include "harness/solve/methods/laws.hpp"
+#include "kernels/data/elastic/conditions.hpp"
+#include "reference/finite_elements.hpp"
+#include "reference/large_strains.hpp"
+#include "test/scenes.hpp"
+#include "test/sessions.hpp"
+
+#include <cmath>
+#include <functional>
+
+namespace hdmbench {
+namespace {
+
+using Point = std::array<double, 3>;
+
+/// A part of a sheet or a body with corners at 0 and 1.
+struct Part {
+  std::string name;
+  std::function<bool(const Point&)> has;
+};
+
+bool is_between(double value, double from, double to) {
+  return value > from && value < to;
+}
+
+/// Whether a place is in one of so many stripes across x, of half as much width as the gaps between them.
+bool is_in_stripe(double x, double stripes) {
+  return is_between(x, 0.1, 0.87) && std::fmod(stripes * x, 1.0) < 0.34;
+}
+
+std::vector<Part> parts(std::uint64_t seed) {
+  test::Uniform draw(seed);
+  std::vector<std::array<double, 4>> balls(30);
+  for (std::array<double, 4>& ball : balls) {
+    ball = {0.1 + 0.8 * draw(), 0.1 + 0.8 * draw(), draw(), 0.02 + 0.05 * draw()};
+  }
+  const double shift = 0.06 * draw();
+  return {
+      {"slit",
+       [=](const Point& at) { return is_between(at[0] - shift, 0.45, 0.5) && is_between(at[1], 0.1, 0.9); }},
+      {"balls",
+       [=](const Point& at) {
+         return std::ranges::any_of(balls, [&](const std::array<double, 4>& ball) {
+           return std::hypot(at[0] - ball[0], at[1] - ball[1], at[2] - ball[2] * (at[2] > 0.0 ? 1.0 : 0.0)) <
+                  ball[3];
+         });
+       }},
+      {"comb",
+       [=](const Point& at) { return is_in_stripe(at[0], 7.0) && is_between(at[1] - shift, 0.1, 0.9); }},
+      {"teeth", [=](const Point& at) { return is_in_stripe(at[0], 4.0) && at[1] - shift > 0.2; }},
+      {"meander", [=](const Point& at) {
+         return (is_between(at[1] - shift, 0.27, 0.34) && at[0] > 0.15) ||
+                (is_between(at[1], 0.56, 0.64) && at[0] < 0.85);
+       }}};
+}
+
+/// Tissue with a part that is so many times as stiff, 0: void; held at the left and pushed in at the right.
+Level level_of(Extent extent, const Part& part, float stiffness) {
+  Level level = test::plain_level(extent, 1.0F);
+  level.law_parameter = ScalarField(extent, 0.0F);
+  const float push = -0.03F * static_cast<float>(extent.width);
+  for_each_site(extent, [&](int x, int y, int z) {
+    const std::size_t at = extent.index(x, y, z);
+    const auto share = [](int site, int sites) {
+      return sites > 1 ? static_cast<double>(site) / (sites - 1) : 0.0;
+    };
+    if (part.has({share(x, extent.width), share(y, extent.height), share(z, extent.depth)})) {
+      level.modulus.values[at] = stiffness > 0.0F ? stiffness : 0.5F * void_share;
+      level.law_parameter.values[at] = stiffness > 0.0F ? 0.0F : -1.0F;
+    }
+    for (std::size_t axis = 0; axis < extent.axes() && (x == 0 || x + 1 == extent.width); ++axis) {
+      level.confidence[axis][at] = 1.0F;
+      level.target[axis][at] = x == 0 || axis == 2 ? 0.0F : axis == 0 ? push : -0.5F * push;
+    }
+  });
+  set_inverse_modulus(level);
+  return level;
+}
+
+/// How the requests ended.
+struct Requests {
+  int all = 0;
+  int refused = 0; ///< they found no end, and said so
+  int broken = 0;
+  double most = 0; ///< error, of what was asked
+};
+
+void ask(Extent extent, const Part& part, float stiffness, Requests& requests) {
+  const Level level = level_of(extent, part, stiffness);
+  const std::vector<double> stiffening(level.law_parameter.values.begin(), level.law_parameter.values.end());
+  const ReferenceField truth = solve_large_strains(elastic_problem(level), stiffening, 0.3, 4);
+  const std::vector<std::uint8_t> tissue = test::sites_of_tissue(level);
+  const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
+  std::string line;
+  for (const double asked : {0.1, 0.01, 0.001}) {
+    const Solution found = solve_by_laws(level, 0.3, *session, asked, [](const LawStep& /*step*/) {});
+    ++requests.all;
+    requests.refused += found.failure.empty() ? 0 : 1;
+    const double share = rmsd(ReferenceField(found.displacement), truth, tissue) / asked;
+    line += found.failure.empty() ? fmt::format(" {:.2f}", share) : " refused";
+    requests.broken += found.failure.empty() && share > 1.0 ? 1 : 0;
+    requests.most = std::max(requests.most, found.failure.empty() ? share : 0.0);
+  }
+  fmt::print("{} {}, {:g} times as stiff: of .1, .01 and .001 px{}\n", extent.text(), part.name, stiffness,
+             line);
+}
+
+TEST(LawPromise, IsKeptBesideVoidAndWhatIsStiff) {
+  Requests requests;
+  std::uint64_t seed = 100;
+  for (const Extent extent : {Extent{57, 50}, Extent{13, 12, 11}}) {
+    for (const float stiffness : {0.0F, 0.001F, 0.03F, 1000.0F}) {
+      for (const Part& part : parts(++seed)) {
+        ask(extent, part, stiffness, requests);
+      }
+    }
+  }
+  fmt::print("{} requests, {} refused, at most {:.2f} of what was asked\n", requests.all, requests.refused,
+             requests.most);
+  EXPECT_LE(requests.broken, requests.all / 100) << "by the series alone it was a fifth";
+  EXPECT_LT(requests.most, 2.0);
+  EXPECT_LE(requests.refused, requests.all / 20);
+}
+
+} // namespace
+} // namespace hdmbench
