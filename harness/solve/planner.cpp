@@ -42,6 +42,7 @@ double error_of_cells(double moved, double moved_before) {
 
 /// Thin stiff layers take most: 37 at a contrast of 1000 to 1e-4 px.
 constexpr int most_steps = 100;
+constexpr int most_steps_at_void = 400; // whose teeth and sheets bend late
 
 /// The interpolation of a sampled image is taken when this many times its expected error is within the
 /// request: between two levels there is one difference, and it can be small by chance.
@@ -370,6 +371,7 @@ private:
   VectorField solve_level(Level& level, ScalarField* picture) {
     ElasticSolver solver(level, scene_.elastic, session_);
     RemainingError error(level);
+    const int most = is_cut_by_void(level) ? most_steps_at_void : most_steps;
     std::optional<SetAside> aside(std::in_place, level, picture);
     note(level.extent, "levels", "moments of the moduli and cut cells on all levels", 0.0, unknown);
     const double set_up = clock_.seconds();
@@ -383,9 +385,9 @@ private:
       if (accurate || !has_time_for(last)) {
         break;
       }
-      if (i == most_steps) { // where only time is asked for, what they left is estimated all the same
+      if (i == most) { // where only time is asked for, what they left is estimated all the same
         mistrust_ = request_.accuracy
-                        ? fmt::format("{} steps of conjugate gradients did not come to an end", most_steps)
+                        ? fmt::format("{} steps of conjugate gradients did not come to an end", most)
                         : "";
         break;
       }

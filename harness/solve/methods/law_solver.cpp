@@ -148,7 +148,7 @@ void LawSolver::begin(VectorField displacement) {
 
 void LawSolver::iterate(double accuracy, int most) {
   why_ = fmt::format("{} steps did not come to an end", most);
-  LeftByCycles left(level_);
+  LeftByCycles left(level_, slowest_);
   VectorField correction(level_.extent);
   VectorField direction(level_.extent);
   double product_before = 0.0; // 0: the next step begins anew
@@ -166,6 +166,7 @@ void LawSolver::iterate(double accuracy, int most) {
     linear_.correct(residual_, correction);
     left.add(root_mean_square_of_tissue(level_, correction));
     left_ = left.estimate();
+    slowest_ = left.slowest();
     say_(left_, left.moved(), least_.share);
     const bool at_rest = left.moved() <= 0.5 * rounding; // what cycles find beyond is noise
     if (left.is_within(accuracy) || at_rest) { // nobody has looked at what the correction does to cells

@@ -31,6 +31,10 @@ public:
   bool begin();
   void begin(VectorField displacement);
 
+  /// Tells it the smallest eigenvalue (LeftByCycles) that a coarser image has met.
+  void expect_slowest(double eigenvalue) { slowest_ = eigenvalue; }
+  [[nodiscard]] double slowest() const { return slowest_; }
+
   /// Steps until what is left is within `accuracy`, pixels, at most so many.
   void iterate(double accuracy, int most);
 
@@ -72,7 +76,8 @@ private:
   bool slides_;   ///< along walls
   int next_look_; ///< the step before which the cycle follows the strain, in iterate()
   LeastVolume least_{};
-  double load_ = 1.0; ///< the part of targets and loads that acts
+  double slowest_ = 1.0; ///< eigenvalue that was met
+  double load_ = 1.0;    ///< the part of targets and loads that acts
   double left_ = std::numeric_limits<double>::infinity();
   std::string why_; ///< why there is no end; empty: there is
   int forces_ = 0;

@@ -83,6 +83,7 @@ public:
       mend(level, *start);
     }
     bool of_linear = false; // the next cycle
+    const double slowest = std::exchange(slowest_, 1.0);
     LawSolver solver(level, model_, session_, start ? &*start : nullptr,
                      [&](double left, double moved, double least) {
                        say_({.extent = level.extent,
@@ -91,6 +92,7 @@ public:
                              .of_linear = std::exchange(of_linear, false),
                              .smallest = least});
                      });
+    solver.expect_slowest(slowest);
     if (start) {
       solver.begin(*std::exchange(start, std::nullopt));
     } else {
@@ -104,6 +106,7 @@ public:
       solver.iterate(accuracy / times, steps_of_starts);
     }
     note(solver, level);
+    slowest_ = solver.slowest();
     if (is_beyond_law(solver.least())) {
       solution.failure.clear(); // that the cell is beyond its law says more, and where
     }
@@ -189,6 +192,7 @@ private:
   ElasticSession& session_;
   const std::function<void(const LawStep&)>& say_;
   LeastVolume least_{};
+  double slowest_ = 1.0; ///< the smallest eigenvalue that the last image has met
 };
 
 /// Says so where a cell is pressed together farther than laws hold. `least`: of the part of the level that
@@ -213,7 +217,8 @@ LinearDistance distance_of_linear(const Level& level, const ElasticModel& model,
   const LeastVolume least = LawForces(level, model)(solution, residual);
   VectorField correction;
   linear.correct(residual, correction);
-  return {.pixels = root_mean_square_of_tissue(level, correction), .smallest = least.share};
+  const double shown = is_cut_by_void(level) ? 0.25 : 1.0; // teeth and sheets bend late
+  return {.pixels = root_mean_square_of_tissue(level, correction) / shown, .smallest = least.share};
 }
 
 VectorField in_other_pixels(VectorField displacement, double from, double to) {
@@ -243,12 +248,10 @@ double take_own_pixels(Level& sampled, const Level& full) {
 Solution solve_by_laws(const Level& level, const ElasticModel& model, ElasticSession& session,
                        double accuracy, const std::function<void(const LawStep&)>& say) {
   const std::optional<LevelPart> part = moving_part(level);
-  const bool has_void =
-      !level.has_walls && modulus_range(level.modulus).softest < double{void_modulus(level)};
   Nested nested(model, session, say);
   VectorField displacement = with_places_of(level, [&] {
     return nested.solve(part ? part->level : level, 1.0, accuracy,
-                        has_void ? most_steps_at_void : most_steps);
+                        is_cut_by_void(level) ? most_steps_at_void : most_steps);
   });
   Solution& solution = nested.solution;
   solution.least_volume = nested.least().share;

@@ -57,15 +57,11 @@ double contrast_of_steps(const Level& level) {
   return std::max(contrast_of_tissue(level), of_walls);
 }
 
-bool has_void(const Level& level) {
-  return static_cast<float>(modulus_range(level.modulus).softest) < void_modulus(level);
-}
-
 } // namespace
 
 RemainingError::RemainingError(const Level& level)
     : contrast_(contrast_of_steps(level)), oblong_(oblong_below(std::ranges::max(level.sides))),
-      mistrust_(floating_part(level)), has_void_(has_void(level)),
+      mistrust_(floating_part(level)), is_cut_(is_cut_by_void(level)),
       is_slender_(slenderness(level) > most_compact),
       is_free_(has_springs(level) && !free_motions(level).empty()) {
   if (!mistrust_.empty()) {
@@ -73,8 +69,9 @@ RemainingError::RemainingError(const Level& level)
   }
 }
 
-LeftByCycles::LeftByCycles(const Level& level)
-    : slides_(level.has_walls), has_void_(has_void(level) && !slides_),
-      contrast_(std::max(contrast_of_tissue(level), has_void_ ? 1e4 : 1.0)) {}
+LeftByCycles::LeftByCycles(const Level& level, double slowest)
+    : slides_(level.has_walls), is_cut_(is_cut_by_void(level)),
+      contrast_(std::max(contrast_of_tissue(level), is_cut_ ? 1e4 : 1.0)),
+      slowest_before_(contrast_ > 10.0 ? slowest : 1.0) {}
 
 } // namespace hdmbench

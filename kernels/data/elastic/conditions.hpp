@@ -24,6 +24,14 @@ inline constexpr float void_share = 0x1p-24F;
 /// Returns the modulus below which a pixel of the level is void.
 [[nodiscard]] float void_modulus(const Level& level);
 
+/// Returns whether a pixel is void.
+[[nodiscard]] bool has_void(const Level& level);
+
+/// Returns whether void may cut tissue into teeth or sheets: it has not come with walls.
+[[nodiscard]] inline bool is_cut_by_void(const Level& level) {
+  return !level.has_walls && has_void(level);
+}
+
 /// A volume's Poisson's ratio beyond it leaves float32 no digits for what is not a change of size.
 inline constexpr double largest_volume_poisson = 0.4999;
 

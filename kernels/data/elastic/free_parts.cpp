@@ -314,6 +314,10 @@ float void_modulus(const Level& level) {
   return void_share * static_cast<float>(modulus_range(level.modulus).stiffest);
 }
 
+bool has_void(const Level& level) {
+  return static_cast<float>(modulus_range(level.modulus).softest) < void_modulus(level);
+}
+
 std::string floating_part(const Level& level) {
   return free_part(level, floating_share);
 }
