@@ -210,10 +210,24 @@ std::vector<std::string> words_for_library(const Call& call) {
   return words;
 }
 
+/// Sizes where the command line names none.
+std::vector<std::string> usual_sizes(const Call& call) {
+  const std::vector<std::string>& scenes = call[option::scenes];
+  const auto volumes = static_cast<std::size_t>(std::ranges::count_if(scenes, states_volume));
+  if (volumes == 0) {
+    return call[option::quick] ? std::vector<std::string>{"300", "600"}
+                               : std::vector<std::string>{"300", "600", "1200"};
+  }
+  if (volumes < scenes.size()) {
+    throw InputError("images and volumes have no sizes in common: measure one of them, or give --sizes");
+  }
+  return call[option::quick] ? std::vector<std::string>{"64x64x64"}
+                             : std::vector<std::string>{"64x64x64", "128x128x128"};
+}
+
 int measure_scenes(Call& call) {
   if (call[option::sizes].empty() && !call[kernels]) {
-    call[option::sizes] = {"300", "600"};
-    call[option::sizes].resize(call[option::quick] ? 2 : 3, "1200");
+    call[option::sizes] = usual_sizes(call);
   }
   const auto registry = make_backends();
   Progress progress;
@@ -238,7 +252,7 @@ int measure_scenes(Call& call) {
           ? "Time of one of several steps that are waited for together: \"device\" by the device's own\n"
             "clock, \"launch\" the rest."
           : "Medians of whole solutions without set-up;",
-      call[option::quick] && !call[kernels] ? "\nQuick: sizes 300 and 600 only unless others were asked for."
+      call[option::quick] && !call[kernels] ? "\nQuick: the smaller sizes only unless others were asked for."
                                             : "");
   tell_library(run_context(call.line, call[option::quick]));
   json rows = bench.run(words_for_library(call), stdout == stderr ? std::cerr : std::cout,
@@ -367,9 +381,10 @@ void add_bench(CLI::App& program, Call& call) {
       program, call, "bench", run_bench,
       "Time solutions and steps on every backend.\n"
       "Time every backend on whole solutions and compare with the thesis: Tables 5.2, 5.4, 5.6 and 5.8 at\n"
-      "300, 600 and 1200 by default. Speed-ups are over scalar, one thread at -O2, in the same run; a\n"
-      "backend whose field is not scalar's to the bit gets no speed-up and exit status 1. What the devices\n"
-      "can do at most, in copying memory and in arithmetic, is measured in the same run.",
+      "300, 600 and 1200 by default; volumes at 64x64x64 and 128x128x128. Speed-ups are over scalar, one\n"
+      "thread at -O2, in the same run; a backend whose field is not scalar's to the bit gets no speed-up\n"
+      "and exit status 1. What the devices can do at most, in copying memory and in arithmetic, is\n"
+      "measured in the same run.",
       {comparison_options(), option::law, Options(option::repeat, "Samples per case", 5), work, scaling,
        kernels, no_ceilings, reference_name, benchmark_json, library_options(), comparison_of_programs(),
        gate_options()},

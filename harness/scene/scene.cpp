@@ -393,6 +393,17 @@ std::vector<SceneSummary> scene_summaries() {
   return summaries;
 }
 
+bool states_volume(const std::string& scene) {
+  try {
+    const SceneText file = text_of(scene);
+    const toml::table root = parse_toml(file.text, file.file_name);
+    const toml::array* const sides = root["size"].as_array();
+    return sides != nullptr && sides->size() == 3;
+  } catch (const InputError&) {
+    return false; // load_scene() says why
+  }
+}
+
 Scene load_scene(const std::string& scene, const SceneOptions& options) {
   const std::filesystem::path path(scene);
   const bool is_of_labels = !options.tissues.empty();

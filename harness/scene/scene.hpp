@@ -179,6 +179,10 @@ struct SceneSummary {
 /// All of them, images first.
 [[nodiscard]] std::vector<SceneSummary> scene_summaries();
 
+/// Returns whether the scene's file states a size of three sides; false where it states none, or cannot be
+/// read.
+[[nodiscard]] bool states_volume(const std::string& scene);
+
 /// The files that a scene is made of: the TOML file and what it names, where it is there. Nothing where it is
 /// no scene.
 [[nodiscard]] std::vector<std::filesystem::path> files_of_scene(const std::string& scene);
