@@ -219,9 +219,8 @@ public:
   }
   /// Whether what is left is within `accuracy`, pixels, with a margin for an estimate that is too low. It is
   /// wider where the contrast is large, most of all in the first steps and where the eigenvalue falls, which
-  /// do not know yet what moves last. Of 1375 requests from .1 to .001 px for scenes with other seeds than
-  /// test/law_promise_test's 5 were not kept, at worst by 1.4; by the estimate alone 300 were not, by up
-  /// to 68.
+  /// do not know yet what moves last. Of 1360 requests from .1 to .001 px for scenes with other seeds than
+  /// test/law_promise_test's 4 were not kept, at worst by 1.4; by the series alone 315 were not, by up to 68.
   [[nodiscard]] bool is_within(double accuracy) const {
     const double least = contrast_ > 10.0 ? 1.5 : 1.0;
     const double margin = knows_slowest() ? least : std::clamp(std::pow(contrast_ / 10.0, 0.4), least, 15.0);
