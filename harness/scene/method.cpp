@@ -85,7 +85,7 @@ constexpr std::array all{
 constexpr std::array all_elastic{
     Method{elastic_full_multigrid, "from the coarsest level up, a W cycle on each, then cycles",
            "cycles on the full resolution", 2, "", unchanged,
-           100.0}, // of layers two pixels thin: from 10,000 on cycles leave pixels while they move nothing
+           100.0}, // layers two pixels thin: from 10,000 on cycles leave pixels while they move nothing
     Method{elastic_conjugate_gradients, "after full multigrid: its cycle as preconditioner", "steps", 8, "",
            unchanged},
     Method{elastic_sweeps, "damped Jacobi sweeps over the full resolution, no levels", "sweeps", 50, "",

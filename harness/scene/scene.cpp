@@ -49,7 +49,7 @@ void read_keys(TomlReader& table, std::string_view name, bool at_own_size, Scene
 
 void read_schedule(TomlReader& root, bool at_own_size, Scene& scene) {
   TomlReader table = root.table("schedule");
-  // A number of iterations without a method is of the energy's first one.
+  // A number of iterations without a method counts those of the energy's first one.
   std::string method(table.has("iterations") ? scene.energy->methods.front().name : usual_method(scene).name);
   table.read("method", method);
   table.blame("method", [&] { use_method(scene, find_method(method, scene.energy)); });

@@ -30,7 +30,7 @@ double product(const Direction& a, const Direction& b) {
   return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
 
-/// Of length 1, or 0.
+/// Returns the direction of a way, of length 1; 0 where there is no way.
 Direction unit(Direction way) {
   const double length = std::sqrt(product(way, way));
   for (double& component : way) {

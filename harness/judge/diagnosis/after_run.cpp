@@ -114,10 +114,10 @@ void leave_out(const Level& body, ScalarField& ratios, const IsLeftOut& is_left_
 
 /// Cells with a corner in void are nobody's, whatever becomes of them.
 void leave_void_out(const Level& body, ScalarField& ratios) {
-  const float least = void_modulus(body);
-  const auto is_void = [&](float modulus) { return modulus < least; };
-  if (std::ranges::any_of(body.modulus.values, is_void)) {
-    leave_out(body, ratios, [&](std::size_t site) { return is_void(body.modulus.values[site]); });
+  if (has_void(body)) {
+    leave_out(body, ratios, [&, least = void_modulus(body)](std::size_t site) {
+      return body.modulus.values[site] < least;
+    });
   }
 }
 

@@ -193,7 +193,7 @@ struct Part {
     }
     ++tissue;
   }
-  /// As Hold says it, and where errors of normals are all that walls hold it by.
+  /// Returns what Hold says, or how it can move where only errors of normals hold it along walls.
   [[nodiscard]] std::string freedom() const {
     if (const std::string free = hold.freedom(); !free.empty()) {
       return free;
