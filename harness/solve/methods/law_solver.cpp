@@ -155,6 +155,7 @@ void LawSolver::iterate(double accuracy, int most) {
   double factor = 1.0;
   int stuck = 0;
   int next_look = next_look_;
+  rotation_ = LocalRotation::of(level_, displacement_);
   const double rounding = largest_component(displacement_) * std::numeric_limits<float>::epsilon();
   for (int step = 0; step <= most; ++step) {
     if (step == next_look) {
@@ -163,7 +164,7 @@ void LawSolver::iterate(double accuracy, int most) {
       }
       next_look = 2 * step + first_look;
     }
-    linear_.correct(residual_, correction);
+    correct(correction);
     left.add(root_mean_square_of_tissue(level_, correction));
     left_ = left.estimate();
     slowest_ = left.slowest();
@@ -174,9 +175,17 @@ void LawSolver::iterate(double accuracy, int most) {
       return;
     }
     const double product = dot(residual_, correction);
-    if (!(product > 0.0 && std::isfinite(product))) {
-      why_ = "a cycle moves the field away from its end";
-      return;
+    const bool is_away = !(product > 0.0 && std::isfinite(product));
+    if (is_away || stuck > 3) {
+      if (!rotation_) {
+        why_ = is_away ? "a cycle moves the field away from its end"
+                       : "no step along the gradients leads nearer to the end";
+        return;
+      }
+      rotation_.reset(); // cells that are turned over have no rotation
+      product_before = 0.0;
+      stuck = 0;
+      continue;
     }
     const double share = // flexible: Polak and Ribière
         product_before > 0.0 ? std::max(0.0, (product - dot(tried_residual_, correction)) / product_before)
@@ -191,10 +200,6 @@ void LawSolver::iterate(double accuracy, int most) {
     product_before = went ? product : 0.0;
     factor = went ? factor : 1.0;
     stuck = went ? 0 : stuck + 1;
-    if (stuck > 3) {
-      why_ = "no step along the gradients leads nearer to the end";
-      return;
-    }
   }
 }
 
@@ -241,9 +246,20 @@ ScalarField LawSolver::modulus_under(const VectorField& displacement) const {
 }
 void LawSolver::follow_strain() {
   linear_.follow(level_, model_, modulus_under(displacement_));
+  rotation_ = LocalRotation::of(level_, displacement_);
 }
 void LawSolver::find_residual() {
   least_ = residual_of(displacement_, residual_);
+}
+void LawSolver::correct(VectorField& correction) {
+  if (!rotation_) {
+    linear_.correct(residual_, correction);
+    return;
+  }
+  VectorField load = residual_;
+  rotation_->turn_back(load);
+  linear_.correct(load, correction);
+  rotation_->turn(correction);
 }
 
 void LawSolver::meet_conditions() {

@@ -2,6 +2,7 @@
 
 #include "backends/shared/elastic_session.hpp"
 #include "harness/solve/methods/elastic.hpp"
+#include "harness/solve/methods/local_rotation.hpp"
 #include "kernels/data/elastic/law_forces.hpp"
 
 #include <functional>
@@ -55,6 +56,8 @@ private:
   /// Makes the cycle one for the stiffness that the tissues have where they are.
   void follow_strain();
   void find_residual();
+  /// Sets `correction` to what a cycle makes of the residual.
+  void correct(VectorField& correction);
   /// Brings prescribed components to their targets, and what is around them along, as the linear energy has
   /// it.
   void meet_conditions();
@@ -75,6 +78,7 @@ private:
   float void_modulus_;
   bool slides_;   ///< along walls
   int next_look_; ///< the step before which the cycle follows the strain, in iterate()
+  std::optional<LocalRotation> rotation_; ///< of the cycle's axes; none: tissue has hardly turned
   LeastVolume least_{};
   double slowest_ = 1.0; ///< eigenvalue that was met
   double load_ = 1.0;    ///< the part of targets and loads that acts
