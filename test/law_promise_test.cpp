@@ -102,7 +102,9 @@ void ask(Extent extent, const Part& part, float stiffness, Requests& requests) {
     ++requests.all;
     requests.refused += found.failure.empty() ? 0 : 1;
     const double share = rmsd(ReferenceField(found.displacement), truth, tissue) / asked;
-    line += found.failure.empty() ? fmt::format(" {:.2f}", share) : " refused";
+    line += found.failure.empty()
+                ? fmt::format(" {:.2f}{}", share, found.buckling.empty() ? "" : " (buckles)")
+                : " refused";
     requests.broken += found.failure.empty() && share > 1.0 ? 1 : 0;
     requests.most = std::max(requests.most, found.failure.empty() ? share : 0.0);
   }

@@ -140,7 +140,7 @@ TEST(LawTurns, CyclesKnowOfTissueThatHasTurned) {
                              Asked{"twist a bar", 33, 180, 40}}) { // 111
     const Level level = level_of(turn_named(asked.turn), asked.sites, radians(asked.degrees));
     const Counted found = solved(level, 1e-4, 2);
-    EXPECT_EQ(found.solution.failure + found.solution.beyond_law, "") << asked.turn;
+    EXPECT_EQ(found.solution.failure + doubt_about(found.solution), "") << asked.turn;
     fmt::print("{} {}, {} degrees: {} cycles\n", level.extent.text(), asked.turn, asked.degrees,
                found.cycles);
     EXPECT_LE(found.cycles, asked.most) << asked.turn << " by " << asked.degrees;
@@ -150,20 +150,20 @@ TEST(LawTurns, CyclesKnowOfTissueThatHasTurned) {
 }
 
 TEST(LawTurns, TheyAreThoseOfNewtonsMethod) {
-  for (const auto& [turn, sites, degrees] : {std::tuple{"bend", 41, 92.0},
-                                             {"bend a beam", 41, 132.0},
-                                             {"middle", 31, 46.0},
+  for (const auto& [turn, sites, degrees] : {std::tuple{"bend", 31, 92.0},
+                                             {"bend a beam", 31, 132.0},
+                                             {"middle", 21, 46.0},
                                              {"bend a bar", 17, 92.0},
-                                             {"twist a bar", 15, 92.0},
-                                             {"ball", 11, 46.0}}) {
+                                             {"twist a bar", 13, 92.0},
+                                             {"ball", 9, 46.0}}) {
     const Level level = level_of(turn_named(turn), sites, radians(degrees));
-    constexpr int parts = 24;
+    constexpr int parts = 12;
     const ReferenceField truth =
         solve_large_strains(elastic_problem(level), std::vector<double>(level.extent.sites()), 0.3, parts);
     const Counted found = solved(level, 1e-4, 2);
     const double error = rmsd(ReferenceField(found.solution.displacement), truth);
     fmt::print("{} {}, {} degrees: {:.1e} px off\n", level.extent.text(), turn, degrees, error);
-    EXPECT_EQ(found.solution.failure + found.solution.beyond_law, "") << turn;
+    EXPECT_EQ(found.solution.failure + doubt_about(found.solution), "") << turn;
     EXPECT_LT(error, 1e-4) << turn;
   }
 }

@@ -190,10 +190,10 @@ Deformation drawn(const DataSet& set, int number, Solver& solver, Progress& prog
   }
   progress.describe(fmt::format("dataset: {} of {}", number, set.call[how_many]));
   Solution solution = solver.solve(one.scene, progress);
-  if (const std::string absurd = why_absurd(one.scene, solution); !absurd.empty()) {
-    throw InputError(fmt::format("deformation {} has no displacement: {}; give the recipe smaller ranges, or "
-                                 "another --seed",
-                                 number, absurd));
+  if (const std::string why = why_absurd(one.scene, solution) + doubt_about(solution); !why.empty()) {
+    throw InputError(fmt::format("deformation {} has no displacement that tissue would have: {}; give the "
+                                 "recipe smaller ranges, or another --seed",
+                                 number, why));
   }
   one.displacement = std::move(solution.displacement);
   return one;

@@ -440,7 +440,7 @@ int run_scene(Call& call) {
   print_run(call, solved, by_rank, row);
   finish_files(call, written, clock, progress, row);
   call.write(json::array({without_nulls(row)}));
-  const bool is_sound = solved.absurd.empty() && solution.beyond_law.empty();
+  const bool is_sound = solved.absurd.empty() && doubt_about(solution).empty();
   return is_sound && (!answer.plan || answer.plan->met) ? success : disagreement;
 }
 

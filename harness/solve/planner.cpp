@@ -157,7 +157,7 @@ private:
       }
       const double begin = clock_.seconds();
       now.field = solve(now.level, true);
-      if (!failure_of_laws_.empty()) {
+      if (is_in_doubt_) {
         return false;
       }
       const double seconds = clock_.seconds() - begin;
@@ -226,15 +226,17 @@ private:
   bool linear_stands(const Level& sampled, const VectorField& field, ElasticSolver& solver) {
     Level own = sampled;
     const double pixel = take_own_pixels(own, scene_.full);
-    const auto [distance, smallest] =
+    const auto [distance, smallest, buckles] =
         distance_of_linear(own, scene_.elastic, in_other_pixels(field, 1.0, pixel), solver);
-    const bool is_far = !(smallest >= least_of_linear);
+    const bool is_far = !(smallest >= least_of_linear) || buckles;
     of_linear_ = pixel * distance;
     const bool stands = !is_far && of_linear_ <= believed_share_of_distance * *request_.accuracy;
     note(sampled.extent, stands ? "linear law" : "law of large strains",
-         is_far ? fmt::format("a cell keeps {:.2g} of its {} by the linear law, which is far from the other",
-                              smallest, sampled.extent.axes() == 3 ? "volume" : "area")
-                : fmt::format("the linear solution is about {:.2g} px from the other law's", of_linear_),
+         buckles ? "the tissue buckles by the other law"
+         : is_far
+             ? fmt::format("a cell keeps {:.2g} of its {} by the linear law, which is far from the other",
+                           smallest, sampled.extent.axes() == 3 ? "volume" : "area")
+             : fmt::format("the linear solution is about {:.2g} px from the other law's", of_linear_),
          0.0, is_far ? unknown : of_linear_);
     return stands;
   }
@@ -247,7 +249,7 @@ private:
     std::vector<LevelResult>& levels = plan_.solution.levels;
     levels.insert(levels.end(), solution.levels.begin(), solution.levels.end());
     plan_.solution.timings.add(solution.timings);
-    failure_of_laws_ = solution.failure.empty() ? solution.beyond_law : solution.failure;
+    is_in_doubt_ = !(solution.failure + doubt_about(solution) + solution.gave_way_at).empty();
     of_linear_ = 0.0;
     return in_other_pixels(std::move(solution.displacement), pixel, 1.0);
   }
@@ -300,7 +302,7 @@ private:
     const double in_all = error < unknown ? std::hypot(error, 0.5 * interpolated.gap(),
                                                        due_to(interpolated.imposed.unknown, sampled))
                                           : unknown;
-    if ((!no_time && !is_accurate(std::hypot(in_all, of_linear_))) || !failure_of_laws_.empty() ||
+    if ((!no_time && !is_accurate(std::hypot(in_all, of_linear_))) || is_in_doubt_ ||
         (has_laws(scene_.full) && !keeps_cells(interpolated.field))) {
       return false;
     }
@@ -334,7 +336,7 @@ private:
                            plan_.solution.levels.end());
     solution.timings.add(plan_.solution.timings);
     plan_.solution = std::move(solution);
-    mistrust_ = plan_.solution.beyond_law;
+    mistrust_ = doubt_about(plan_.solution);
   }
 
   /// Why a step of conjugate gradients follows on those that `error` knows.
@@ -439,10 +441,10 @@ private:
   Progress& progress_;
   std::vector<Extent> extents_;
   Plan plan_;
-  bool laws_matter_ = false;    ///< whether images are solved by them from now on
-  double of_linear_ = 0.0;      ///< pixels: how far a linear solution is from what laws have
-  std::string failure_of_laws_; ///< why an image has no solution by them; empty: it has
-  std::string mistrust_;        ///< why the estimate cannot be believed; empty: it can
+  bool laws_matter_ = false; ///< whether images are solved by them from now on
+  bool is_in_doubt_ = false; ///< whether an image has no solution by them, or one that tissue may not have
+  double of_linear_ = 0.0;   ///< pixels: how far a linear solution is from what laws have
+  std::string mistrust_;     ///< why the estimate cannot be believed; empty: it can
 };
 
 } // namespace

@@ -52,12 +52,24 @@ struct Solution {
   std::string failure{};
   /// Says where a cell has been pressed together farther than such laws hold; empty: nowhere.
   std::string beyond_law{};
+  /// Says where the body would buckle out of the balance that `displacement` is; empty: nowhere that was
+  /// seen.
+  std::string buckling{};
+  /// Is the place around which forces pushed the body on while it was solved, as where it buckles; empty:
+  /// there was none.
+  std::string gave_way_at{};
   /// Is there with such laws: the least share of its volume, or of its area, that a cell has kept at a Gauss
   /// point. Cells that are prescribed altogether do not count.
   std::optional<double> least_volume{};
   std::optional<Extent>
       part{}; ///< of the scene, where not all of it was solved, but what conditions let move
 };
+
+/// Returns why the field is not what tissue with laws of large strains would do, though it is what was solved
+/// for: beyond_law, or buckling; empty: it is.
+[[nodiscard]] inline const std::string& doubt_about(const Solution& solution) {
+  return solution.beyond_law.empty() ? solution.buckling : solution.beyond_law;
+}
 
 /// The method's name in results; that of the update where it alone differs from icm: "sequential".
 [[nodiscard]] std::string method_name(const Scene& scene);

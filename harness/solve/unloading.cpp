@@ -34,8 +34,8 @@ VectorField sag_of(Level before, const ElasticModel& model) {
   const auto session = make_openmp()->open_elastic({});
   if (has_laws(before)) {
     Solution solution = solve_by_laws(before, model, *session, accuracy_by_laws, [](const LawStep&) {});
-    if (!solution.failure.empty()) {
-      throw InputError(solution.failure);
+    if (const std::string why = solution.failure + doubt_about(solution); !why.empty()) {
+      throw InputError(why);
     }
     return std::move(solution.displacement);
   }

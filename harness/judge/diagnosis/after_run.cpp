@@ -251,6 +251,11 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
     if (!solution.beyond_law.empty()) {
       warn(warnings, "beyond-law", std::nullopt, "why"_a = solution.beyond_law);
     }
+    if (!solution.buckling.empty()) {
+      warn(warnings, "buckling", std::nullopt, "why"_a = solution.buckling);
+    } else if (!solution.gave_way_at.empty()) {
+      warn(warnings, "gave-way", std::nullopt, "place"_a = solution.gave_way_at);
+    }
     check_folds();
     check_elastic_rest(scene, solution, warnings);
   }

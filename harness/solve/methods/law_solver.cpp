@@ -1,5 +1,6 @@
 #include "harness/solve/methods/law_solver.hpp"
 
+#include "harness/solve/methods/buckling.hpp"
 #include "harness/solve/methods/laws.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/stopwatch.hpp"
@@ -164,7 +165,7 @@ void LawSolver::iterate(double accuracy, int most) {
       }
       next_look = 2 * step + first_look;
     }
-    correct(correction);
+    correct(residual_, correction);
     left.add(root_mean_square_of_tissue(level_, correction));
     left_ = left.estimate();
     slowest_ = left.slowest();
@@ -197,6 +198,9 @@ void LawSolver::iterate(double accuracy, int most) {
     factor = std::clamp(factor, 0.05, 2.0);
     const bool went = search(direction, factor);
     left.add_step(went ? factor : 0.0, product, share == 0.0);
+    if (std::exchange(gives_way_, false)) {
+      left.forget_slowest();
+    }
     product_before = went ? product : 0.0;
     factor = went ? factor : 1.0;
     stuck = went ? 0 : stuck + 1;
@@ -251,12 +255,12 @@ void LawSolver::follow_strain() {
 void LawSolver::find_residual() {
   least_ = residual_of(displacement_, residual_);
 }
-void LawSolver::correct(VectorField& correction) {
+void LawSolver::correct(const VectorField& residual, VectorField& correction) {
   if (!rotation_) {
-    linear_.correct(residual_, correction);
+    linear_.correct(residual, correction);
     return;
   }
-  VectorField load = residual_;
+  VectorField load = residual;
   rotation_->turn_back(load);
   linear_.correct(load, correction);
   rotation_->turn(correction);
@@ -281,6 +285,22 @@ void LawSolver::meet_conditions() {
   find_residual();
 }
 
+std::optional<std::size_t> LawSolver::site_that_buckles(int most) {
+  return hdmbench::site_that_buckles(
+      {.level = level_,
+       .displacement = displacement_,
+       .residual = residual_,
+       .residual_of = [this](const VectorField& displacement,
+                             VectorField& residual) { residual_of(displacement, residual); },
+       .correct = [this](const VectorField& residual,
+                         VectorField& correction) { correct(residual, correction); }},
+      most);
+}
+
+std::optional<LocalRotation::Turn> LawSolver::largest_turn() const {
+  return rotation_ ? std::optional(rotation_->largest()) : std::nullopt;
+}
+
 bool LawSolver::search(const VectorField& direction, double& factor) {
   constexpr double enough = 0.2;
   constexpr int most = 12;
@@ -301,6 +321,10 @@ bool LawSolver::search(const VectorField& direction, double& factor) {
       std::swap(residual_, tried_residual_);
       least_ = least;
       return true;
+    }
+    if (now > first) {
+      gave_way_at_ = farthest(level_, direction).site;
+      gives_way_ = true;
     }
     if (now > 0.0) {
       const double was = std::exchange(at_low, now);

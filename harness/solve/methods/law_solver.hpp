@@ -39,6 +39,14 @@ public:
   /// Steps until what is left is within `accuracy`, pixels, at most so many.
   void iterate(double accuracy, int most);
 
+  /// Returns the site around which the body would buckle out of the balance that iterate() has led to
+  /// (buckling.hpp), by at most so many steps; none where it was not seen to.
+  [[nodiscard]] std::optional<std::size_t> site_that_buckles(int most);
+  /// Returns around which site a step was last pushed on by the forces that it was to balance; none: never.
+  [[nodiscard]] const std::optional<std::size_t>& gave_way_at() const { return gave_way_at_; }
+  /// Returns how far tissue has turned at most, and around which site; none where it hardly has.
+  [[nodiscard]] std::optional<LocalRotation::Turn> largest_turn() const;
+
   [[nodiscard]] const VectorField& displacement() const { return displacement_; }
   [[nodiscard]] VectorField take_displacement() { return std::move(displacement_); }
   [[nodiscard]] double left() const { return left_; }
@@ -56,8 +64,8 @@ private:
   /// Makes the cycle one for the stiffness that the tissues have where they are.
   void follow_strain();
   void find_residual();
-  /// Sets `correction` to what a cycle makes of the residual.
-  void correct(VectorField& correction);
+  /// Sets `correction` to what a cycle makes of a residual, in axes that turn with the tissue.
+  void correct(const VectorField& residual, VectorField& correction);
   /// Brings prescribed components to their targets, and what is around them along, as the linear energy has
   /// it.
   void meet_conditions();
@@ -79,6 +87,8 @@ private:
   bool slides_;   ///< along walls
   int next_look_; ///< the step before which the cycle follows the strain, in iterate()
   std::optional<LocalRotation> rotation_; ///< of the cycle's axes; none: tissue has hardly turned
+  std::optional<std::size_t> gave_way_at_;
+  bool gives_way_ = false; ///< in the last step
   LeastVolume least_{};
   double slowest_ = 1.0; ///< eigenvalue that was met
   double load_ = 1.0;    ///< the part of targets and loads that acts

@@ -2,6 +2,7 @@
 
 #include "backends/pieces/cut.hpp"
 #include "harness/solve/level_parts.hpp"
+#include "harness/solve/methods/buckling.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/law_solver.hpp"
 #include "harness/solve/sampled_image.hpp"
@@ -35,6 +36,11 @@ constexpr double most_times_as_accurate = 16.0;
 /// How far around a cell a part of an image is solved by itself, pixels, and how many such parts.
 constexpr int reach_of_part = 20;
 constexpr int most_parts = 8;
+/// For a motion in which a body buckles, where it has found its balance and where it has found none.
+constexpr int most_steps_to_buckling = 10;
+constexpr int most_steps_without_end = 30;
+/// Larger turns are said where there is no end, degrees: beyond about 120 few were seen.
+constexpr double large_turn = 100.0;
 
 /// An image with half as many sites along each axis, and how many pixels one of its own is.
 struct Half {
@@ -77,10 +83,12 @@ public:
   /// `pixel`: how many pixels of the full resolution one of the level is.
   VectorField solve(const Level& level, double pixel, double accuracy, int steps) {
     std::optional<VectorField> start;
+    bool is_nested = false;
     if (const std::optional<Half> half = half_of(level)) {
       VectorField coarse = solve(half->level, pixel * half->pixel, accuracy_of_starts, steps_of_starts);
       start = in_other_pixels(prolongate(coarse, level.extent, sampled_alignment), half->pixel, 1.0);
       mend(level, *start);
+      is_nested = true;
     }
     bool of_linear = false; // the next cycle
     const double slowest = std::exchange(slowest_, 1.0);
@@ -105,6 +113,7 @@ public:
          times *= 2.0) {
       solver.iterate(accuracy / times, steps_of_starts);
     }
+    look_for_buckling(level, solver, pixel, is_nested);
     note(solver, level);
     slowest_ = solver.slowest();
     if (is_beyond_law(solver.least())) {
@@ -115,6 +124,21 @@ public:
 
   /// The cell of the last image that has kept least.
   [[nodiscard]] const LeastVolume& least() const { return least_; }
+  /// The site of the last image around which it would buckle; none: it was not seen to.
+  [[nodiscard]] const std::optional<std::size_t>& buckles_at() const { return buckles_at_; }
+  /// Returns around which site of the last image, that `level` is, forces pushed its tissue on while it was
+  /// solved, or a coarser one; none: around none.
+  [[nodiscard]] std::optional<std::size_t> gave_way_at(Extent level) const {
+    if (!gave_way_at_) {
+      return std::nullopt;
+    }
+    const auto site = [&](std::size_t axis) {
+      return static_cast<int>(std::lround(gave_way_at_->at(axis) * (level.sides()[axis] - 1)));
+    };
+    return level.index(site(0), site(1), site(2));
+  }
+  /// How far its tissue has turned; none: hardly.
+  [[nodiscard]] const std::optional<LocalRotation::Turn>& turn() const { return turn_; }
 
   Solution solution{};
 
@@ -170,6 +194,31 @@ private:
     }
   }
 
+  static std::array<double, 3> share_of(Extent extent, std::size_t site) {
+    std::array<double, 3> shares{};
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      shares[axis] = static_cast<double>(extent.coordinates(site)[axis]) / (extent.sides()[axis] - 1);
+    }
+    return shares;
+  }
+
+  /// An image is taken to stay in its balance where that of half as many sites a side does.
+  void look_for_buckling(const Level& level, LawSolver& solver, double pixel, bool is_nested) {
+    const bool has_end = solver.why().empty();
+    if (solver.gave_way_at()) {
+      gave_way_at_ = share_of(level.extent, *solver.gave_way_at());
+    }
+    if (pixel != 1.0) {
+      constexpr double of_half = 3.0;
+      may_buckle_ = pixel < of_half && (!has_end || solver.site_that_buckles(most_steps_to_buckling));
+      return;
+    }
+    if (!has_end || !is_nested || may_buckle_) {
+      buckles_at_ = solver.site_that_buckles(has_end ? most_steps_to_buckling : most_steps_without_end);
+    }
+    turn_ = solver.largest_turn();
+  }
+
   void add_times(const LawSolver& solver) {
     solution.timings.add(solver.linear().timings());
     solution.timings.compute += solver.seconds_of_forces();
@@ -192,21 +241,48 @@ private:
   ElasticSession& session_;
   const std::function<void(const LawStep&)>& say_;
   LeastVolume least_{};
-  double slowest_ = 1.0; ///< the smallest eigenvalue that the last image has met
+  std::optional<std::size_t> buckles_at_;
+  std::optional<std::array<double, 3>> gave_way_at_; ///< in shares of the sides
+  std::optional<LocalRotation::Turn> turn_;
+  bool may_buckle_ = false; ///< by the last image
+  double slowest_ = 1.0;    ///< the smallest eigenvalue that the last image has met
 };
 
-/// Says so where a cell is pressed together farther than laws hold. `least`: of the part of the level that
-/// was solved.
-std::string beyond_law(const Level& level, const Box& part, const LeastVolume& least) {
-  if (!is_beyond_law(least)) {
-    return "";
-  }
-  std::array<int, 3> at = part.extent().coordinates(least.site);
+/// Returns the place of a site, for messages, which is one of a part of the level.
+std::string place_in(const Level& level, const Box& part, std::size_t site) {
+  std::array<int, 3> at = part.extent().coordinates(site);
   std::ranges::transform(at, part.first, at.begin(), std::plus<>());
-  return fmt::format("the cell at {} keeps {:.2g} of its {}, and no law holds below {:.2g}",
-                     level.extent.place(level.extent.index(at[0], at[1], at[2])), least.share,
-                     level.extent.axes() == 3 ? "volume" : "area",
-                     double{laws::neo_hookean::Laws<float>::least_volume});
+  return level.extent.place(level.extent.index(at[0], at[1], at[2]));
+}
+
+/// Says in the solution what is wrong with the last image of `nested`, which is a part of the level: a cell
+/// is pressed together farther than laws hold, or its balance is none, or there is none.
+void say_what_is_wrong(const Level& level, const Box& part, const Nested& nested, Solution& solution) {
+  if (is_beyond_law(nested.least())) {
+    solution.beyond_law = fmt::format("the cell at {} keeps {:.2g} of its {}, and no law holds below {:.2g}",
+                                      place_in(level, part, nested.least().site), nested.least().share,
+                                      level.extent.axes() == 3 ? "volume" : "area",
+                                      double{laws::neo_hookean::Laws<float>::least_volume});
+  }
+  if (nested.buckles_at()) {
+    solution.buckling =
+        fmt::format("the tissue buckles around {}", place_in(level, part, *nested.buckles_at()));
+  }
+  if (const std::optional<std::size_t> site = nested.gave_way_at(part.extent())) {
+    solution.gave_way_at = place_in(level, part, *site);
+  }
+  if (solution.failure.empty()) {
+    return;
+  }
+  if (!solution.buckling.empty()) {
+    solution.failure += ": " + std::exchange(solution.buckling, {});
+  } else if (nested.turn() && nested.turn()->degrees > large_turn) {
+    solution.failure += fmt::format(": the tissue around {} has turned by {:.0f} degrees",
+                                    place_in(level, part, nested.turn()->site), nested.turn()->degrees);
+  } else if (!solution.gave_way_at.empty()) {
+    solution.failure += fmt::format(": on the way the tissue gave way around {}, as what buckles does",
+                                    std::exchange(solution.gave_way_at, {}));
+  }
 }
 
 } // namespace
@@ -214,11 +290,22 @@ std::string beyond_law(const Level& level, const Box& part, const LeastVolume& l
 LinearDistance distance_of_linear(const Level& level, const ElasticModel& model, const VectorField& solution,
                                   ElasticSolver& linear) {
   VectorField residual;
-  const LeastVolume least = LawForces(level, model)(solution, residual);
+  const LawForces tissues(level, model);
+  const LeastVolume least = tissues(solution, residual);
   VectorField correction;
   linear.correct(residual, correction);
   const double shown = is_cut_by_void(level) ? 0.25 : 1.0; // teeth and sheets bend late
-  return {.pixels = root_mean_square_of_tissue(level, correction) / shown, .smallest = least.share};
+  const auto site = site_that_buckles(
+      {.level = level,
+       .displacement = solution,
+       .residual = residual,
+       .residual_of = [&](const VectorField& displacement,
+                          VectorField& left) { tissues(displacement, left); },
+       .correct = [&](const VectorField& load, VectorField& to) { linear.correct(load, to); }},
+      most_steps_to_buckling);
+  return {.pixels = root_mean_square_of_tissue(level, correction) / shown,
+          .smallest = least.share,
+          .buckles = site.has_value()};
 }
 
 VectorField in_other_pixels(VectorField displacement, double from, double to) {
@@ -255,7 +342,7 @@ Solution solve_by_laws(const Level& level, const ElasticModel& model, ElasticSes
   });
   Solution& solution = nested.solution;
   solution.least_volume = nested.least().share;
-  solution.beyond_law = beyond_law(level, part ? part->sites : all_of(level.extent), nested.least());
+  say_what_is_wrong(level, part ? part->sites : all_of(level.extent), nested, solution);
   if (part) {
     solution.part = part->level.extent;
     displacement = with_prescribed(level, part->sites, displacement);

@@ -27,6 +27,7 @@ struct LawStep {
 struct LinearDistance {
   double pixels = 0.0;   ///< RMS, by what a cycle makes of the forces of the laws: mostly within 2.5 times
   double smallest = 0.0; ///< share of its volume that a cell has kept
+  bool buckles = false;  ///< by laws, so that nothing is known of the distance
 };
 
 /// A distance that is larger than this share of what is good enough is taken for too large: LinearDistance is

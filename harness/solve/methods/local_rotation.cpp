@@ -158,14 +158,21 @@ LocalRotation::LocalRotation(const Level& level)
 
 std::optional<LocalRotation> LocalRotation::of(const Level& level, const VectorField& displacement) {
   LocalRotation result(level);
-  double least_trace = 3.0;
   for (const Eigen::Matrix3d& mean : mean_gradients(level, displacement, result.stride_, result.nodes_)) {
     const Eigen::Matrix3d rotation = rotation_in(Eigen::Matrix3d::Identity() + mean);
-    least_trace = std::min(least_trace, rotation.trace());
+    const double degrees =
+        std::acos(std::clamp(0.5 * (rotation.trace() - 1.0), -1.0, 1.0)) * 180.0 / std::numbers::pi;
+    if (degrees > result.largest_.degrees) {
+      const std::array<int, 3> node = result.nodes_.coordinates(result.rotations_.size());
+      const auto site = [&](std::size_t axis) {
+        return std::min(node.at(axis) * result.stride_, level.extent.sides()[axis] - 1);
+      };
+      result.largest_ = {.degrees = degrees, .site = level.extent.index(site(0), site(1), site(2))};
+    }
     Eigen::Map<Eigen::Matrix3f>(result.rotations_.emplace_back().data()) = rotation.cast<float>();
   }
   const double least = level.has_walls ? least_turn_at_walls : least_turn;
-  if (least_trace >= 1.0 + 2.0 * std::cos(least * std::numbers::pi / 180.0)) {
+  if (result.largest_.degrees < least) {
     return std::nullopt;
   }
   return result;

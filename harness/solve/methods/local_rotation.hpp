@@ -4,6 +4,7 @@
 #include "kernels/data/level.hpp"
 
 #include <array>
+#include <cstddef>
 #include <optional>
 #include <vector>
 
@@ -17,6 +18,14 @@ public:
   /// Returns none where tissue has turned nowhere by more than 20 degrees, where walls are by more than 30.
   /// `displacement` has the extent of `level`, pixels; the level must outlive the result.
   [[nodiscard]] static std::optional<LocalRotation> of(const Level& level, const VectorField& displacement);
+
+  /// How far tissue has turned around a site.
+  struct Turn {
+    double degrees = 0.0; ///< to 180
+    std::size_t site = 0;
+  };
+  /// Returns the largest one.
+  [[nodiscard]] const Turn& largest() const { return largest_; }
 
   /// Turns the vectors of all sites with the tissue. Those of sites with a prescribed component, and of
   /// walls, stay: conditions have axes of their own.
@@ -33,6 +42,7 @@ private:
   Extent nodes_; ///< of a coarse grid, whose first node is the first site
   /// 3 x 3 matrices at nodes, column by column; between them they are interpolated.
   std::vector<std::array<float, 9>> rotations_;
+  Turn largest_;
 };
 
 } // namespace hdmbench

@@ -206,6 +206,11 @@ public:
     steps_.add(factor, product);
     smallest_ = std::min(smallest_, steps_.value());
   }
+  /// Steps that forces have pushed on have met no eigenvalue of what the body ends in.
+  void forget_slowest() {
+    steps_ = {};
+    smallest_ = 1.0;
+  }
   [[nodiscard]] double moved() const { return moved_.back(); }
   [[nodiscard]] double estimate() const {
     const double series = moved() / (1.0 - ratio());
