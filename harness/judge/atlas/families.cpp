@@ -14,6 +14,7 @@
 #include <cmath>
 #include <iterator>
 #include <map>
+#include <numbers>
 #include <random>
 
 /// The scenes of families.json along their knobs, and what is measured of their fields.
@@ -74,13 +75,16 @@ void add_finite_elements(Problem& problem, double /*knob*/) {
 /// The same of neo-Hookean tissue; empty where Newton's method finds none.
 void find_large_strains(Problem& problem, const ReferenceFibres* fibres) {
   const Scene& scene = problem.scene;
-  constexpr int parts = 8; // of the load
-  try {
-    problem.truth =
-        solve_large_strains(elastic_problem(scene.full), std::vector<double>(scene.extent().sites()),
-                            scene.elastic.poisson, parts, fibres);
-  } catch (const InputError&) {
-    problem.truth = {};
+  problem.truth = {};
+  for (const int parts : {4, 16}) { // of the load: few where they are enough
+    try {
+      problem.truth =
+          solve_large_strains(elastic_problem(scene.full), std::vector<double>(scene.extent().sites()),
+                              scene.elastic.poisson, parts, fibres);
+      return;
+    } catch (const InputError&) {
+      continue;
+    }
   }
 }
 
@@ -241,6 +245,37 @@ void move_middle(Problem& problem, double percent) {
   });
 }
 
+/// The middle third turns by so many degrees about z, the border stays.
+void turn_middle(Problem& problem, double degrees) {
+  Scene& scene = problem.scene;
+  const Extent extent = scene.extent();
+  const double angle = degrees * std::numbers::pi / 180.0;
+  for_each_value(scene.full.target, [](float& value) { value = 0.0F; });
+  for_each_site(extent, [&](int x, int y, int z) {
+    if (in_inclusion(extent, x, y, z)) {
+      const double right = x - extent.width / 2;
+      const double down = y - extent.height / 2;
+      hold(scene, extent.index(x, y, z),
+           static_cast<float>((std::cos(angle) - 1.0) * right - std::sin(angle) * down),
+           static_cast<float>(std::sin(angle) * right + (std::cos(angle) - 1.0) * down));
+    }
+  });
+}
+
+/// Only the first and the last column are held, and pressed together by so many percent of the side.
+void press_ends(Problem& problem, double percent) {
+  Scene& scene = problem.scene;
+  const Extent extent = scene.extent();
+  for_each_value(scene.full.target, [](float& value) { value = 0.0F; });
+  for_each_value(scene.full.confidence, [](float& value) { value = 0.0F; });
+  for_each_site(extent, [&](int x, int y, int z) {
+    if (x == 0 || x + 1 == extent.width) {
+      const double way = 0.5 * percent / 100.0 * (extent.width - 1);
+      hold(scene, extent.index(x, y, z), static_cast<float>(x == 0 ? way : -way), 0.0F);
+    }
+  });
+}
+
 /// Conditions move so many percent of what they do in the scene.
 void move_by(Problem& problem, double percent) {
   for_each_value(problem.scene.full.target,
@@ -305,6 +340,8 @@ const std::map<std::string_view, Step> steps{
     {"finer elements", add_finer_elements},
     {"moved so far", move_by},
     {"middle moved", move_middle},
+    {"middle turned", turn_middle},
+    {"ends pressed", press_ends},
     {"neo-Hookean", be_neo_hookean},
     {"neo-Hookean elements", add_neo_hookean_elements},
     {"moved by a tenth of the scene's way", [](Problem& problem, double) { move_by(problem, 10.0); }},
