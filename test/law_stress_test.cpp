@@ -3,11 +3,16 @@
 #include "harness/scene/sites.hpp"
 #include "kernels/data/elastic/law_forces.hpp"
 #include "kernels/specification/laws/laws.hpp"
+#include "test/files.hpp"
 #include "test/random_level.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
 #include <gtest/gtest.h>
+
+#include <array>
+#include <cstdlib>
+#include <sstream>
 
 namespace hdmbench {
 namespace {
@@ -20,6 +25,46 @@ Matrix3d random_gradient(test::Uniform& uniform) {
     entry = 0.35 * (2.0 * uniform() - 1.0);
   }
   return matrix;
+}
+
+constexpr double shear_modulus = 1.3;
+constexpr double first_lame = 2.1;
+
+/// Returns CalculiX's stress in a cube of neo-Hookean material (`*HYPERELASTIC, NEO HOOKE`) with the same
+/// moduli at small strains, whose corners are displaced by a gradient.
+Matrix3d calculix_stress(const Matrix3d& gradient) {
+  std::string nodes = "*NODE, NSET=ALL\n";
+  std::string held = "*STEP, NLGEOM\n*STATIC\n.25, 1.\n*BOUNDARY\n";
+  for (int node = 0; node < 8; ++node) {
+    const Eigen::Vector3d at((node ^ node >> 1) & 1, node >> 1 & 1, node >> 2); // around each face
+    nodes += fmt::format("{},{},{},{}\n", node + 1, at[0], at[1], at[2]);
+    for (int axis = 0; axis < 3; ++axis) {
+      held += fmt::format("{0},{1},{1},{2:.14g}\n", node + 1, axis + 1, gradient.row(axis).dot(at));
+    }
+  }
+  const test::TemporaryFolder folder;
+  (void)folder.write(
+      "cube.inp",
+      nodes +
+          fmt::format("*ELEMENT, TYPE=C3D8, ELSET=E\n1,1,2,3,4,5,6,7,8\n*MATERIAL, NAME=M\n"
+                      "*HYPERELASTIC, NEO HOOKE\n{:.14g},{:.14g}\n*SOLID SECTION, ELSET=E, MATERIAL=M\n",
+                      shear_modulus / 2.0, 2.0 / (first_lame + 2.0 / 3.0 * shear_modulus)) +
+          held + "*EL PRINT, ELSET=E, FREQUENCY=100\nS\n*END STEP\n");
+  const auto command =
+      fmt::format("cd '{}' && OMP_NUM_THREADS=1 ccx cube > log 2>&1", folder.path().string());
+  EXPECT_EQ(std::system(command.c_str()), 0) << content(folder.path() / "log");
+  Matrix3d stress = Matrix3d::Zero();
+  std::istringstream lines(content(folder.path() / "cube.dat"));
+  for (std::string line; std::getline(lines, line);) {
+    std::istringstream numbers(line);
+    int element = 0;
+    int point = 0;
+    std::array<double, 6> found{};
+    if (numbers >> element >> point >> found[0] >> found[1] >> found[2] >> found[3] >> found[4] >> found[5]) {
+      stress << found[0], found[3], found[4], found[3], found[1], found[5], found[4], found[5], found[2];
+    }
+  }
+  return stress;
 }
 
 /// Expects that the stress has the energy's slopes, by differences, and that it turns with the body.
@@ -56,6 +101,41 @@ Matrix3d stress_of(const Matrix3d& h, double mu, double lame, double b) {
   Matrix3d stress;
   stress << s.xx, s.xy, s.xz, s.yx, s.yy, s.yz, s.zx, s.zy, s.zz;
   return stress;
+}
+
+Matrix3d without_pressure(const Matrix3d& stress) {
+  return stress - stress.trace() / 3.0 * Matrix3d::Identity();
+}
+
+/// Its energy has another law of volume: what a uniform strain does to the shape is comparable, the pressure
+/// is not. Where the volume changes its shear is the less by J^(-2/3).
+TEST(Laws, CalculiXHasTheSameStressBesideThePressure) {
+  if (std::system("command -v ccx > /dev/null") != 0) {
+    GTEST_SKIP() << "CalculiX is not installed (Debian: calculix-ccx)";
+  }
+  Matrix3d simple_shear = Matrix3d::Zero();
+  simple_shear(0, 1) = 0.5;
+  const Matrix3d stretch = Eigen::Vector3d(0.3, 1.0 / 1.3 - 1.0, 0.0).asDiagonal();
+  const Matrix3d thicker = Eigen::Vector3d(0.3, -0.05, 0.1).asDiagonal();
+  const Matrix3d thinner = Eigen::Vector3d(-0.3, 0.05, 0.0).asDiagonal();
+  Matrix3d all = 0.5 * simple_shear + thinner;
+  all(2, 0) = -0.3;
+  for (const Matrix3d& gradient : {simple_shear, stretch, thicker, thinner, all}) {
+    const Matrix3d places = Matrix3d::Identity() + gradient;
+    const double volume = places.determinant();
+    const Matrix3d ours =
+        stress_of(gradient, shear_modulus, first_lame, 0.0) * places.transpose() / volume; // Cauchy's
+    const Matrix3d theirs = calculix_stress(gradient);
+    const Matrix3d expected = std::pow(volume, -2.0 / 3.0) * without_pressure(ours);
+    EXPECT_LT((without_pressure(theirs) - expected).norm(), 2e-6 * theirs.norm())
+        << gradient; // it prints 7 digits
+    fmt::print("volume {:.2f}: pressure {:.3f}, CalculiX {:.3f}\n", volume, -ours.trace() / 3.0,
+               -theirs.trace() / 3.0);
+  }
+  constexpr double small = 1e-3;
+  const Matrix3d dilation = small * Matrix3d::Identity();
+  const double theirs = calculix_stress(dilation).trace();
+  EXPECT_NEAR(stress_of(dilation, shear_modulus, first_lame, 0.0).trace(), theirs, 5.0 * small * theirs);
 }
 
 TEST(Laws, AStressIsTheSlopeOfTheEnergyAndTurnsWithTheBody) {
