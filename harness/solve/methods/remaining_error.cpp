@@ -71,6 +71,7 @@ RemainingError::RemainingError(const Level& level)
 
 LeftByCycles::LeftByCycles(const Level& level, double slowest)
     : slides_(level.has_walls), is_cut_(is_cut_by_void(level)),
+      is_slender_(slenderness(level) > most_compact_by_laws),
       contrast_(std::max(contrast_of_tissue(level), is_cut_ ? 1e4 : 1.0)),
       slowest_before_(contrast_ > 10.0 ? slowest : 1.0) {}
 

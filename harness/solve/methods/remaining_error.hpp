@@ -39,6 +39,7 @@ private:
 }
 /// From here on a body is taken for a beam or a plate, which bends more easily than coarse cells can.
 inline constexpr double most_compact = 4.0;
+inline constexpr double most_compact_by_laws = 3.0;
 
 /// How far a field is from its end, from how far the steps of conjugate gradients moved it. The more a step
 /// is of the one before, its share, the more is left; the more the larger the contrast of the moduli, whose
@@ -228,7 +229,9 @@ public:
   /// than those that this fits, 1 is not kept; by the series alone 33 were not, at worst by 60 times.
   [[nodiscard]] bool is_within(double accuracy) const {
     const double least = contrast_ > 10.0 ? 1.5 : 1.0;
-    const double margin = knows_slowest() ? least : std::clamp(std::pow(contrast_ / 10.0, 0.4), least, 15.0);
+    const double at_first = is_slender_ ? 2.5 : least; // how it bends is what moves last
+    const double margin =
+        knows_slowest() ? least : std::clamp(std::pow(contrast_ / 10.0, 0.4), at_first, 15.0);
     return 2.0 * margin * estimate() < accuracy;
   }
   /// The smallest eigenvalue that was met.
@@ -254,7 +257,8 @@ private:
   }
 
   bool slides_;
-  bool is_cut_;     ///< is_cut_by_void()
+  bool is_cut_; ///< is_cut_by_void()
+  bool is_slender_;
   double contrast_; ///< void counts as much softer
   double slowest_before_;
   std::vector<double> moved_;
