@@ -291,12 +291,13 @@ ElasticProblem elastic_problem(const Level& level) {
                          .fixed = Planes<std::uint8_t>(level.extent),
                          .prescribed = ReferenceField(level.target),
                          .force = has_forces(level) ? ReferenceField(level.force) : ReferenceField{},
-                         .sides = level.sides};
+                         .sides = level.sides,
+                         .has_walls = level.has_walls};
   const bool sprung = has_springs(level);
   if (sprung) {
     problem.spring = ReferenceField(level.extent);
   }
-  if (!level.springs.empty()) {
+  if (has_springs_by_direction(level)) {
     problem.spring_across = ReferenceField(level.extent);
   }
   const auto is_certain = [](float confidence) -> std::uint8_t { return confidence >= 1.0F ? 1 : 0; };
@@ -305,7 +306,7 @@ ElasticProblem elastic_problem(const Level& level) {
     std::ranges::transform(confidence, problem.fixed[axis].begin(), is_certain);
     for (std::size_t site = 0; sprung && site < level.extent.sites(); ++site) {
       problem.spring[axis][site] = spring_entry(level, site, axis, axis);
-      for (std::size_t other = 0; !level.springs.empty() && other < axis; ++other) {
+      for (std::size_t other = 0; has_springs_by_direction(level) && other < axis; ++other) {
         problem.spring_across[axis + other - 1][site] = spring_entry(level, site, axis, other);
       }
     }

@@ -56,6 +56,7 @@ struct ElasticProblem {
   /// What the spring along one axis does about the way along another: planes for x and y, x and z, y and z.
   ReferenceField spring_across{};
   Point sides{1.0, 1.0, 1.0}; ///< of an element, as Level::sides
+  bool has_walls = false;     ///< as Level::has_walls
 };
 
 /// call(a, b, stiffness) for the pairs a > b of axes that the spring of a node couples, both of which are

@@ -100,8 +100,7 @@ public:
         mu_(0.5 / (1.0 + poisson)), lame_(axes_ == 3 ? poisson / ((1.0 + poisson) * (1.0 - 2.0 * poisson))
                                                      : poisson / (1.0 - poisson * poisson)),
         rule_(ElementRule::of(problem.extent, {poisson})) {
-    const bool has_walls = !problem.spring_across[0].empty();
-    least_modulus_ = has_walls ? 0x1p-24 * std::ranges::max(problem.modulus) : 0.0;
+    least_modulus_ = problem.has_walls ? 0x1p-24 * std::ranges::max(problem.modulus) : 0.0;
     unknown_.assign(axes_ * problem.extent.sites(), -1);
     for (std::size_t i = 0; i < unknown_.size(); ++i) {
       if (problem.fixed[i % axes_][i / axes_] == 0) {

@@ -222,7 +222,7 @@ TEST(Gradient, IsRefusedWhereThereIsNone) {
   EXPECT_THAT(refusal(law, field), HasSubstr("law of large strains"));
   Scene walls = scene_of(level, 0.3);
   walls.full.has_walls = true;
-  walls.full.springs.assign(6, std::vector<float>(level.extent.sites(), 1.0F));
+  walls.full.walls.assign(6, std::vector<float>(level.extent.sites(), 1.0F));
   EXPECT_THAT(refusal(walls, field), HasSubstr("walls to slide along"));
   VectorField broken = field;
   broken[1][7] = std::numeric_limits<float>::quiet_NaN();

@@ -3,9 +3,14 @@
 
 #include "harness/applications/gradient.hpp"
 #include "harness/applications/spread.hpp"
+#include "harness/judge/truths.hpp"
 #include "harness/scene/scene.hpp"
+#include "harness/scene/walls.hpp"
+#include "harness/solve/methods/laws.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "kernels/data/elastic/springs.hpp"
+#include "reference/finite_elements.hpp"
+#include "reference/large_strains.hpp"
 #include "test/files.hpp"
 #include "test/scenes.hpp"
 #include "test/sessions.hpp"
@@ -234,6 +239,59 @@ TEST_P(PrecisionImage, ActsBesideConditions) {
   EXPECT_GT(found[1][at] / held.full.target[1][at], 0.05F);
 }
 
+/// Along a wall what is observed pulls, and a wall gives way to nothing that is observed across it.
+TEST_P(PrecisionImage, ActsBesideWalls) {
+  std::string labels;
+  for_each_site(extent(),
+                [&](int /*x*/, int y, int /*z*/) { labels += y + 2 < extent().height ? "1 " : "2 "; });
+  write_nrrd("labels.nrrd", "short", extent().text(" "), labels, "");
+  const std::string slides = "[[condition]]\nwhere = \"labels\"\nlabels = [2]\nslide = true\n";
+  const std::size_t beside = site(6, extent().height - 3);
+  const std::size_t inside = site(5, 2);
+  const std::vector<double> target{0.6, -0.4, 0.25};
+  write_values("target.nrrd", axes(), 0.0, {{beside, target}, {inside, target}});
+  const double none = std::numeric_limits<double>::infinity();
+  write_values("deviation.nrrd", axes(), none, {{beside, {0.5, 0.4, 1.0}}, {inside, {none, 0.3, 1.0}}});
+  write_values("precision.nrrd", entries(), 0.0,
+               {{beside, matrix_of({4.0, 6.25, 1.0}, no_turn, axes())},
+                {inside, matrix_of({0.0, 1.0 / 0.09, 1.0}, no_turn, axes())}});
+  const Scene by_components = load("target = \"target.nrrd\"\ndeviation = \"deviation.nrrd\"\n", slides);
+  const Scene by_direction = load(images, slides);
+  ASSERT_TRUE(is_on_wall(by_direction.full, beside));
+  ASSERT_FALSE(is_on_wall(by_direction.full, inside));
+  EXPECT_LT(largest_difference(solved(by_direction), solved(by_components)), 2e-5);
+
+  const Matrix turn = turn_of(axes());
+  const std::vector<double> matrix = matrix_of({9.0, 0.5, 0.1}, turn, axes());
+  write_values("precision.nrrd", entries(), 0.0, {{beside, matrix}, {inside, matrix}});
+  Scene oblique = load(images, slides);
+  const Level& level = oblique.full;
+  for (std::size_t row = 0; row < axes(); ++row) { // (P + wall) rest = P target
+    double pull = row == 1 ? -double{stiffness_of_walls} * double{level.target[1][beside]} : 0.0;
+    for (std::size_t column = 0; column < axes(); ++column) {
+      pull += matrix[symmetric_entry(axes(), row, column)] *
+              (target[column] - double{level.target[column][beside]});
+    }
+    EXPECT_NEAR(pull, 0.0, 2e-4) << "row " << row;
+  }
+  const VectorField found = solved(oblique);
+  EXPECT_GT(std::abs(found[0][beside]), 0.1F);
+  EXPECT_LT(std::abs(found[1][beside]), 0.05F) << "through the wall";
+  EXPECT_GT(walls_under(level, found).sites, 0U);
+  EXPECT_LT(rmsd(ReferenceField(found),
+                 solve_finite_elements(elastic_problem(level), ElementRule::of(extent(), oblique.elastic))),
+            1e-5);
+  const Scene neo_hookean = load(images, slides, {.law = "neo-hookean"});
+  const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 1});
+  const Solution by_law =
+      solve_by_laws(neo_hookean.full, neo_hookean.elastic, *session, 1e-4, [](const LawStep& /*step*/) {});
+  const std::vector<float>& parameter = neo_hookean.full.law_parameter.values;
+  const ReferenceField truth =
+      solve_large_strains(elastic_problem(neo_hookean.full), {parameter.begin(), parameter.end()}, 0.3, 2);
+  EXPECT_EQ(by_law.failure + doubt_about(by_law), "");
+  EXPECT_LT(rmsd(ReferenceField(by_law.displacement), truth, test::sites_of_tissue(neo_hookean.full)), 1e-4);
+}
+
 /// A draw of what is observed across an edge leaves the way along it as uncertain as it was.
 TEST_P(PrecisionImage, MakesTheFieldCertainInItsDirection) {
   write_labels();
@@ -272,9 +330,6 @@ TEST_P(PrecisionImage, IsRefusedWhereItCannotBe) {
         (void)load(images, "", {.size = axes() == 3 ? Extent{18, 14, 12} : Extent{18, 16}});
       },
       "[image] precision takes the file's own pixels");
-  expect_refusal(
-      [&] { (void)load(images, "[[condition]]\nwhere = \"labels\"\nlabels = [2]\nslide = true\n"); },
-      "cannot stand beside slide = true");
   const auto file =
       write("thesis.toml", fmt::format("[[tissue]]\nlabel = 1\nmodulus = 3.0\n[[tissue]]\n"
                                        "label = 2\nmodulus = 30.0\n[image]\nlabels = \"labels.nrrd\"\n{}",

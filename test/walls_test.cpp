@@ -146,7 +146,7 @@ TEST(Walls, ObservationsPullNothingThroughThem) {
     const VectorField field = solved(scene).displacement;
     EXPECT_LT(walls_under(scene.full, field).gave_way, 0.02) << observed;
     const std::size_t beside = scene.extent().index(20, 9);
-    EXPECT_GT(scene.full.springs[symmetric_entry(2, 1, 1)][beside], 0.0F) << "it is beside the wall";
+    EXPECT_GT(scene.full.walls[symmetric_entry(2, 1, 1)][beside], 0.0F) << "it is beside the wall";
     EXPECT_GT(field[0][beside], 0.2F) << "along the wall it follows";
     EXPECT_NEAR(scene.full.target[0][beside], 1.0F, 1e-5);
     Solver solver(test::scalar(), {});
@@ -169,7 +169,7 @@ TEST(Walls, ObservationsPullNothingThroughThoseOfASampledImage) {
       scene.full, block_moduli(scene.full.modulus, scene.full.inverse_modulus, extent), BlockMean::geometric);
   int sliding = 0;
   for (std::size_t site = 0; site < extent.sites(); ++site) {
-    if (sampled.springs[symmetric_entry(2, 1, 1)][site] > 0.0F) {
+    if (sampled.walls[symmetric_entry(2, 1, 1)][site] > 0.0F) {
       ++sliding;
       EXPECT_GT(sampled.target[1][site], -0.01F) << extent.place(site);
       EXPECT_NEAR(sampled.target[0][site], 1.0F, 1e-4) << extent.place(site);
@@ -475,7 +475,7 @@ TEST(Walls, NormalsOfPixelsAreThoseOfTheOutline) {
         const double along_x = step[0] * (x - 0.5 * (extent.width - 1));
         const double along_y = step[1] * (y - 0.5 * (extent.height - 1));
         const auto spring = [&](std::size_t a, std::size_t b) {
-          return double{level.springs[symmetric_entry(extent.axes(), a, b)][at]} / double{stiffness_of_walls};
+          return double{level.walls[symmetric_entry(extent.axes(), a, b)][at]} / double{stiffness_of_walls};
         };
         if (spring(0, 0) + spring(1, 1) > 0.0) { // (n . tangent)^2 is the square of the angle
           const double square = along_x * along_x + along_y * along_y;
@@ -504,8 +504,8 @@ TEST(Walls, DoNotTurnAtTheRimOfAnOpeningAndHaveNoBumps) {
   set_wall(beyond, shape, {1.0, 1.0, 1.0}, level);
   for (const int x : {13, 14, 21, 22}) {
     const std::size_t at = level.extent.index(x, 19);
-    EXPECT_GT(level.springs[symmetric_entry(2, 1, 1)][at], 0.0F) << x;
-    EXPECT_LT(std::abs(level.springs[symmetric_entry(2, 0, 1)][at]), 2.0F) << x;
+    EXPECT_GT(level.walls[symmetric_entry(2, 1, 1)][at], 0.0F) << x;
+    EXPECT_LT(std::abs(level.walls[symmetric_entry(2, 0, 1)][at]), 2.0F) << x;
   }
   EXPECT_EQ(level.modulus.values[level.extent.index(3, 20)], 0.0F) << "no cell of tissue alone holds it";
   EXPECT_EQ(level.modulus.values[level.extent.index(3, 19)], 1.0F);
@@ -544,7 +544,7 @@ TEST(Walls, StifferOnesTakeMoreSteps) {
   const auto steps_with = [](float times) {
     Level level = disc_in_a_wall({129, 129}, {1.0, 1.0, 1.0}, 52.0);
     std::ranges::replace(level.modulus.values, 0.0F, 0x1p-25F);
-    for (std::vector<float>& entry : level.springs) {
+    for (std::vector<float>& entry : level.walls) {
       std::ranges::transform(entry, entry.begin(), [&](float value) { return times * value; });
     }
     for_each_site(level.extent, [&](int x, int y, int /*z*/) {
@@ -679,9 +679,9 @@ Level with_normals_of_ellipse(Level level, double a, double b) {
     const std::size_t at = extent.index(x, y);
     const std::array<double, 2> way{(x - 0.5 * (extent.width - 1)) / (a * a),
                                     (y - 0.5 * (extent.height - 1)) / (b * b)};
-    for (std::size_t row = 0; row < 2 && level.springs[0][at] + level.springs[2][at] > 0.0F; ++row) {
+    for (std::size_t row = 0; row < 2 && level.walls[0][at] + level.walls[2][at] > 0.0F; ++row) {
       for (std::size_t column = row; column < 2; ++column) {
-        level.springs[symmetric_entry(2, row, column)][at] =
+        level.walls[symmetric_entry(2, row, column)][at] =
             stiffness_of_walls *
             static_cast<float>(way[row] * way[column] / (way[0] * way[0] + way[1] * way[1]));
       }

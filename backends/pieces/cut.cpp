@@ -177,7 +177,7 @@ Level part_of(const Level& level, const Box& part) {
   // All arrays of a level, so that one that is added is cut, too, or this does not compile.
   auto& [extent, energy, target, confidence, modulus, inverse_modulus, inputs, penalty, steps, update, rule,
          inverse_curvature, strengths, seed, sides, force, law, law_parameter, fibre, fibre_compression,
-         springs, has_walls] = result;
+         springs, walls, has_walls] = result;
   extent = part.extent();
   target = part_of(level.target, part);
   confidence = part_of(level.confidence, part);
@@ -195,11 +195,13 @@ Level part_of(const Level& level, const Box& part) {
     fibre = part_of(level.fibre, part);
     fibre_compression = part_of(level.fibre_compression, part);
   }
-  std::ranges::transform(level.springs, std::back_inserter(springs), [&](const std::vector<float>& entry) {
+  const auto part_of_entry = [&](const std::vector<float>& entry) {
     ScalarField field(level.extent);
     field.values = entry;
     return part_of(field, part).values;
-  });
+  };
+  std::ranges::transform(level.springs, std::back_inserter(springs), part_of_entry);
+  std::ranges::transform(level.walls, std::back_inserter(walls), part_of_entry);
   if (needs_inverse_curvature(level.rule)) {
     inverse_curvature = part_of(level.inverse_curvature, part);
   }

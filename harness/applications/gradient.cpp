@@ -174,7 +174,7 @@ std::string why_no_gradient(const Scene& scene) {
   if (!scene.energy->is_of_cells()) {
     return fmt::format("gradients are those of the elastic energy, and the scene has {}", scene.energy->name);
   }
-  if (!scene.full.springs.empty()) {
+  if (has_springs_by_direction(scene.full)) {
     return scene.full.has_walls
                ? "gradients are those of conditions by components, and the scene has walls to slide along"
                : "gradients are those of conditions by components, and the scene has a precision, which is "

@@ -218,9 +218,7 @@ LeastCertain least_certain(const Scene& scene, const VectorField& deviation) {
 std::optional<Level> without_springs(const Level& level) {
   Level bare = level;
   bare.force = {};
-  if (!bare.has_walls) {
-    bare.springs.clear();
-  }
+  bare.springs.clear();
   for (std::vector<float>& component : bare.confidence.planes) {
     std::ranges::replace_if(component, is_spring, 0.0F);
   }
@@ -361,7 +359,10 @@ std::array<double, 3> drawn_pull(const Level& level, std::size_t site, NormalDra
 
 /// Adds what springs by direction do to where a site is at rest: a wall keeps it, and a target has an error.
 void set_rest_by_direction(const Level& level, std::size_t site, VectorField& rest, NormalDraws& random) {
-  std::array<double, 3> pull = level.has_walls ? std::array<double, 3>{} : drawn_pull(level, site, random);
+  std::array<double, 3> pull{};
+  if (!level.springs.empty()) {
+    pull = drawn_pull(level, site, random);
+  }
   std::array<double, 3> otherwise{};
   for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
     otherwise[axis] = double{rest[axis][site]};
@@ -413,7 +414,7 @@ Disturbance draw_disturbance(const Scene& scene, const CellForces& forces, const
       }
     }
   }
-  for (std::size_t site = 0; !full.springs.empty() && site < extent.sites(); ++site) {
+  for (std::size_t site = 0; has_springs_by_direction(full) && site < extent.sites(); ++site) {
     set_rest_by_direction(full, site, drawn.rest, random);
   }
   return drawn;

@@ -8,6 +8,7 @@
 #include "harness/scene/row_fields.hpp"
 #include "harness/solve/planner.hpp"
 #include "harness/solve/stopwatch.hpp"
+#include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/level.hpp"
 #include "reference/finite_elements.hpp"
 #include "reference/fixed_point.hpp"
@@ -84,9 +85,9 @@ std::vector<Rival> rivals_of_tissue(const Scene& scene, const Truths& truths, bo
   }
   add("newton", "direct", [&scene] { return find_large_strains(scene).displacement; });
   all.back().solved = &truths.elastic;
-  const std::string without = has_fibres(scene.full)        ? "fibres"
-                              : !scene.full.springs.empty() ? "springs"
-                                                            : "";
+  const std::string without = has_fibres(scene.full)                 ? "fibres"
+                              : has_springs_by_direction(scene.full) ? "springs"
+                                                                     : "";
   for (const int sweeps : quick ? std::vector{30, 100} : std::vector{30, 100, 300, 1000}) {
     add("xpbd", fmt::format("{} sweeps", sweeps), [&scene, sweeps] {
       const std::vector<float>& stiffening = scene.full.law_parameter.values;

@@ -4,6 +4,7 @@
 #include "harness/scene/laws.hpp"
 #include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/law_forces.hpp"
+#include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/pyramid.hpp"
 #include "reference/finite_elements.hpp"
@@ -91,7 +92,7 @@ double rmsd(const ReferenceField& a, const ReferenceField& b, SiteMask counted) 
 }
 
 bool is_of_tissue(const Scene& scene) {
-  return has_laws(scene.full) || has_forces(scene.full) || !scene.full.springs.empty();
+  return has_laws(scene.full) || has_forces(scene.full) || has_springs_by_direction(scene.full);
 }
 
 Truths find_truths(const Scene& scene, Progress& progress) {

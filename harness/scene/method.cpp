@@ -1,5 +1,6 @@
 #include "harness/scene/method.hpp"
 
+#include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/modulus.hpp"
 
@@ -209,7 +210,7 @@ void require_known_pixels(const Scene& scene, const RegisteredEnergy& energy) {
                     "squares and cubes only; load the scene with it, or resample its files",
                     scene.name, fmt::join(scene.full.sides, " : "), energy.name));
   }
-  if (!energy.takes_forces && (has_forces(scene.full) || !scene.full.springs.empty())) {
+  if (!energy.takes_forces && (has_forces(scene.full) || has_springs_by_direction(scene.full))) {
     throw InputError(fmt::format("{} has {}, which the {} energy does not know: what solves it by the "
                                  "elastic energy alone takes it",
                                  scene.name,

@@ -62,6 +62,9 @@ CarriedConditions add_precision(Precision precision, Level& level) {
       }
     }
     if (!is_observed) {
+      if (is_on_wall(level, site)) {
+        set_rest_on_wall(level, site);
+      }
       continue;
     }
     ++carried.given;

@@ -22,9 +22,9 @@ struct Precision {
 /// eigenvalue beyond rounding; none where all can be.
 [[nodiscard]] std::optional<std::size_t> find_impossible(const Precision& precision);
 
-/// Lets them pull the sites of `level`, which has no walls, beside what is known of these. A component that
-/// is prescribed stays so: the others go by what the target says where that component is known. Returns what
-/// became of them.
+/// Lets them pull the sites of `level` beside what is known of these, the last thing that is said of targets.
+/// A component that is prescribed stays so: the others go by what the target says where that component is
+/// known. Sites on walls rest where these and their observations do together. Returns what became of them.
 CarriedConditions add_precision(Precision precision, Level& level);
 
 } // namespace hdmbench

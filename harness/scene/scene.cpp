@@ -190,16 +190,10 @@ void read_conditions(TomlReader& reader, const SceneText& file, const SceneOptio
   scene.idle = apply_conditions(reader, content, scene.energy->is_of_cells(), scene.full);
   std::ranges::move(content.idle, std::back_inserter(scene.idle));
   apply_points(reader, file.folder, options, content, scene);
-  if (scene.full.has_walls) {
-    set_rest_on_walls(scene.full);
-  }
-  if (content.precision && scene.full.has_walls) {
-    reader.fail("image",
-                "has a precision, which cannot stand beside slide = true; give a confidence for each "
-                "component in its place");
-  }
   if (content.precision) {
     scene.observed = add_precision(std::move(*content.precision), scene.full);
+  } else if (scene.full.has_walls) {
+    set_rest_on_walls(scene.full);
   }
   std::ranges::move(apply_loads(reader, content, energy, scene.full), std::back_inserter(scene.idle));
   apply_laws(reader, content, energy, options.law, scene.full);

@@ -167,6 +167,7 @@ void fill_void(TomlReader& scene, const RegisteredEnergy& energy, Level& level) 
     };
     std::ranges::for_each(level.force.planes, clear); // void weighs nothing, and no wall holds it
     std::ranges::for_each(level.springs, clear);
+    std::ranges::for_each(level.walls, clear);
   }
   const float stiffest = std::ranges::max(moduli);
   const float filling = 0.5F * void_share * stiffest;

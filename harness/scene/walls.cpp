@@ -324,7 +324,7 @@ void set_wall(const std::vector<bool>& solid, const std::vector<bool>& shape,
   const Extent extent = level.extent;
   const std::size_t axes = extent.axes();
   const std::vector<bool> beyond = with_bumps(solid, level);
-  level.springs.resize(axes * (axes + 1) / 2, std::vector<float>(extent.sites()));
+  level.walls.resize(axes * (axes + 1) / 2, std::vector<float>(extent.sites()));
   level.has_walls = true;
   const Surroundings around(beyond, shape, extent, step);
   const auto set_site = [&](int x, int y, int z) {
@@ -343,7 +343,7 @@ void set_wall(const std::vector<bool>& solid, const std::vector<bool>& shape,
       for (std::size_t a = 0; a < axes; ++a) {
         for (std::size_t b = a; b < axes; ++b) {
           const double entry = is_between ? (a == b ? 1.0 : 0.0) : normal[a] * normal[b];
-          level.springs[symmetric_entry(axes, a, b)][site] += stiffness_of_walls * static_cast<float>(entry);
+          level.walls[symmetric_entry(axes, a, b)][site] += stiffness_of_walls * static_cast<float>(entry);
         }
       }
     }
@@ -357,14 +357,9 @@ void set_wall(const std::vector<bool>& solid, const std::vector<bool>& shape,
 }
 
 void set_rest_on_walls(Level& level) {
-  const std::size_t axes = level.extent.axes();
 #pragma omp parallel for if (level.extent.sites() > sites_worth_threads)
   for (std::size_t site = 0; site < level.extent.sites(); ++site) {
-    bool is_held = false;
-    for (std::size_t axis = 0; axis < axes; ++axis) {
-      is_held = is_held || level.springs[symmetric_entry(axes, axis, axis)][site] > 0.0F;
-    }
-    if (is_held) {
+    if (is_on_wall(level, site)) {
       set_rest_on_wall(level, site);
     }
   }
@@ -381,10 +376,10 @@ WallReport walls_under(const Level& level, const VectorField& displacement) {
     double stiffness = 0.0;
     double square = 0.0;
     for (std::size_t a = 0; a < axes; ++a) {
-      stiffness += double{level.springs[symmetric_entry(axes, a, a)][site]};
+      stiffness += double{level.walls[symmetric_entry(axes, a, a)][site]};
       for (std::size_t b = 0; b < axes; ++b) {
         square +=
-            by_wall(a, site) * by_wall(b, site) * double{level.springs[symmetric_entry(axes, a, b)][site]};
+            by_wall(a, site) * by_wall(b, site) * double{level.walls[symmetric_entry(axes, a, b)][site]};
       }
     }
     report.sites += stiffness > 0.0 ? 1 : 0;

@@ -82,7 +82,7 @@ Scene load_to_solve(ScheduleOverrides& schedule, bool is_asked, const std::funct
 
 void require_held(const Scene& scene) {
   const auto is_free = [](float confidence) { return confidence == 0.0F; };
-  const bool has_targets_by_direction = !scene.full.springs.empty() && !scene.full.has_walls;
+  const bool has_targets_by_direction = !scene.full.springs.empty();
   if (!scene.start && !has_targets_by_direction &&
       std::ranges::all_of(scene.full.confidence.planes,
                           [&](const auto& plane) { return std::ranges::all_of(plane, is_free); })) {

@@ -115,7 +115,7 @@ void sample_walls(const Level& full, Level& sampled) {
         has_void = has_void || full.modulus.values[at] < least;
         for (std::size_t a = 0; a < axes; ++a) {
           for (std::size_t b = a; b < axes; ++b) {
-            const double entry = double{full.springs[symmetric_entry(axes, a, b)][at]};
+            const double entry = double{full.walls[symmetric_entry(axes, a, b)][at]};
             sum[symmetric_entry(axes, a, b)] += entry;
             trace += a == b ? entry : 0.0;
           }
@@ -126,8 +126,8 @@ void sample_walls(const Level& full, Level& sampled) {
       }
       sampled.modulus.values[site] = full.modulus.values[sites.index(x, y, z)];
       const bool slides = !is_void(x, y, z) && is_beside_void(x, y, z) && trace > 0.0;
-      for (std::size_t entry = 0; entry < sampled.springs.size(); ++entry) {
-        sampled.springs[entry][site] =
+      for (std::size_t entry = 0; entry < sampled.walls.size(); ++entry) {
+        sampled.walls[entry][site] =
             slides ? static_cast<float>(stiffness_of_walls * sum[entry] / trace) : 0.0F;
       }
       if (slides) {

@@ -3,6 +3,7 @@
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/stopwatch.hpp"
+#include "kernels/data/elastic/springs.hpp"
 
 #include <fmt/format.h>
 
@@ -162,7 +163,7 @@ std::string why_absurd(const Scene& scene, const Solution& solution) {
   double given = scene.start ? largest_component(*scene.start) : 0.0; // what drives a field, pixels
   for (std::size_t axis = 0; axis < full.extent.axes(); ++axis) {
     for (std::size_t i = 0; i < full.extent.sites(); ++i) {
-      if (full.confidence[axis][i] > 0.0F || !full.springs.empty()) {
+      if (full.confidence[axis][i] > 0.0F || has_springs_by_direction(full)) {
         given = std::max(given, std::abs(static_cast<double>(full.target[axis][i])));
       }
     }

@@ -78,7 +78,7 @@ Level without_fields(const Level& level) {
   // A new member has to be named here, or this does not compile: it is kept below unless it is an array.
   const auto& [extent, energy, target, confidence, modulus, inverse_modulus, inputs, penalty, steps, update,
                rule, inverse_curvature, strengths, seed, sides, force, law, law_parameter, fibre,
-               fibre_compression, springs, has_walls] = level;
+               fibre_compression, springs, walls, has_walls] = level;
   return {.extent = extent,
           .energy = energy,
           .penalty = penalty,
@@ -163,9 +163,11 @@ void validate(const Level& level) {
     require_size(level.fibre_compression.values.size(), level.fibre_compression.extent, level.extent,
                  "the compression of fibres");
   }
-  for (const std::vector<float>& entry : level.springs) {
-    require_size(entry.size(), level.extent, level.extent, "a field of springs");
-    require(entry, level.extent, "a spring", "finite", is_finite);
+  for (const auto* const by_direction : {&level.springs, &level.walls}) {
+    for (const std::vector<float>& entry : *by_direction) {
+      require_size(entry.size(), level.extent, level.extent, "a field of springs");
+      require(entry, level.extent, "a spring", "finite", is_finite);
+    }
   }
   const auto in_unit_interval = [](float value) { return value >= 0.0F && value <= 1.0F; };
   for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {

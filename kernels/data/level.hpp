@@ -72,8 +72,10 @@ struct Level {
   /// What pulls a site to its target by direction, times the modulus of the site: symmetric_entry() of a
   /// matrix (elastic/springs.hpp). Empty: there is none. Elastic energies alone know it.
   std::vector<std::vector<float>> springs{};
-  /// Whether springs keep sites on walls along which tissue slides; else they are observations by direction.
-  bool has_walls = false;
+  /// What keeps a site on walls along which tissue slides, with entries like those of `springs`, at rest on
+  /// the wall. Empty: there are none.
+  std::vector<std::vector<float>> walls{};
+  bool has_walls = false; ///< whether there are walls, also where these arrays are elsewhere
 };
 
 /// Whether some tissue has a law of large strains.

@@ -135,6 +135,9 @@ Level sample_level(const Level& full, Extent extent, Alignment alignment, Materi
   for (const std::vector<float>& entry : full.springs) {
     sample(sites, entry, level.springs.emplace_back(extent.sites()));
   }
+  for (const std::vector<float>& entry : full.walls) {
+    sample(sites, entry, level.walls.emplace_back(extent.sites()));
+  }
   if (material == Material::mean) {
     set_mean_modulus(full, alignment, level);
   } else {

@@ -78,7 +78,7 @@ void add_pulls(const Level& level, double unit, const VectorField& displacement,
 } // namespace
 
 void require_conditions_alone(const Level& level, std::string_view who) {
-  if (has_laws(level) || has_forces(level) || !level.springs.empty()) {
+  if (has_laws(level) || has_forces(level) || has_springs_by_direction(level)) {
     throw InputError(fmt::format("the scene has {}, of which {} knows nothing: leave them out",
                                  has_laws(level)     ? "a law of large strains"
                                  : has_forces(level) ? "loads"
@@ -115,7 +115,7 @@ ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, Elast
     session_.forces(ElasticField::displacement, ElasticField::load); // without springs
     session_.read(0, ElasticField::load, load);
   });
-  if (!full.springs.empty()) { // those by components are at rest there
+  if (has_springs_by_direction(full)) { // those by components are at rest there
     add_pulls(full, force_unit(full, model.poisson), start_, load);
   }
   add_forces(full, force_unit(full, model.poisson), load);
@@ -227,9 +227,12 @@ void ElasticSolver::follow(const Level& level, const ElasticModel& model, Scalar
     }
   }
   body.springs = level.springs;
-  for (std::vector<float>& entry : body.springs) {
-    for (std::size_t at = 0; at < level.extent.sites(); ++at) {
-      entry[at] *= level.modulus.values[at] / modulus.values[at];
+  body.walls = level.walls;
+  for (auto* const by_direction : {&body.springs, &body.walls}) {
+    for (std::vector<float>& entry : *by_direction) {
+      for (std::size_t at = 0; at < level.extent.sites(); ++at) {
+        entry[at] *= level.modulus.values[at] / modulus.values[at];
+      }
     }
   }
   body.modulus = std::move(modulus);

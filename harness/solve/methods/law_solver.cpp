@@ -47,7 +47,7 @@ void advance(VectorField& to, const VectorField& value, float factor, const Vect
 /// share of its cells that are whole, which makes that of all its cells about as stiff as those are.
 ScalarField modulus_of_cycle(const Level& level) {
   ScalarField modulus = level.modulus;
-  if (level.springs.empty()) {
+  if (!level.has_walls) {
     return modulus;
   }
   const Extent extent = level.extent;
@@ -220,17 +220,15 @@ LeastVolume LawSolver::residual_of(const VectorField& displacement, VectorField&
   const std::size_t sites = level_.extent.sites();
   for (std::size_t axis = 0; axis < level_.extent.axes(); ++axis) {
     const std::vector<float>& confidence = level_.confidence[axis];
-    const float* const springs =
-        level_.springs.empty() ? nullptr
-                               : level_.springs[symmetric_entry(level_.extent.axes(), axis, axis)].data();
+    const bool by_direction = has_springs_by_direction(level_);
 #pragma omp parallel for if (sites > sites_worth_threads)
     for (std::size_t at = 0; at < sites; ++at) {
       if (slides_ && level_.modulus.values[at] < void_modulus_) {
         residual[axis][at] = 0.0F; // no cell carries there: steps that looked for its balance would not end
         continue;
       }
-      if (confidence[at] >= 1.0F ||
-          !(confidence[at] > 0.0F || has_forces(level_) || (springs != nullptr && springs[at] > 0.0F))) {
+      if (confidence[at] >= 1.0F || !(confidence[at] > 0.0F || has_forces(level_) ||
+                                      (by_direction && entry_by_direction(level_, at, axis, axis) > 0.0))) {
         continue;
       }
       double pull = has_forces(level_) ? load_ * double{level_.force[axis][at]} : 0.0;

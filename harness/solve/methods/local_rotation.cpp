@@ -1,6 +1,7 @@
 #include "harness/solve/methods/local_rotation.hpp"
 
 #include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/elastic/springs.hpp"
 
 #include <Eigen/LU>
 
@@ -203,10 +204,9 @@ void LocalRotation::apply(VectorField& vectors, bool back) const {
     }
     for (int x = 0; x < extent.width; ++x) {
       const std::size_t site = extent.index(x, row);
-      bool is_held = false;
+      bool is_held = is_on_wall(*level_, site);
       for (std::size_t axis = 0; axis < axes; ++axis) {
-        is_held = is_held || level_->confidence[axis][site] >= 1.0F ||
-                  (level_->has_walls && level_->springs[symmetric_entry(axes, axis, axis)][site] > 0.0F);
+        is_held = is_held || level_->confidence[axis][site] >= 1.0F;
       }
       if (is_held) {
         continue;

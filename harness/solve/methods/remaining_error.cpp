@@ -53,7 +53,7 @@ double contrast_of_tissue(const Level& level) {
 
 /// Returns what steps have to bring together: tissues, or a wall and its tissue.
 double contrast_of_steps(const Level& level) {
-  const double of_walls = level.springs.empty() ? 1.0 : double{stiffness_of_walls};
+  const double of_walls = has_springs_by_direction(level) ? double{stiffness_of_walls} : 1.0;
   return std::max(contrast_of_tissue(level), of_walls);
 }
 

@@ -45,13 +45,14 @@ public:
         know(component, {x, y, z});
       }
     }
-    for (std::size_t row = 0; row < axes_ && !level.springs.empty() && least <= least_holding; ++row) {
+    for (std::size_t row = 0; row < axes_ && has_springs_by_direction(level) && least <= least_holding;
+         ++row) {
       std::array<double, 3> direction{};
       for (std::size_t axis = 0; axis < axes_; ++axis) {
-        direction[axis] = double{level.springs[symmetric_entry(axes_, row, axis)][at]};
+        direction[axis] = entry_by_direction(level, at, row, axis);
       }
       if (direction != std::array<double, 3>{}) {
-        slides_ = slides_ || level.has_walls;
+        slides_ = slides_ || is_on_wall(level, at);
         know(direction, {x, y, z});
       }
     }

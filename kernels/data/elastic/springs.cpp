@@ -36,7 +36,7 @@ Vector rest_of_springs(const Level& level, std::size_t at, Vector pull, const Ve
   double trace = 0.0;
   for (std::size_t a = 0; a < axes; ++a) {
     for (std::size_t b = 0; b < axes; ++b) {
-      matrix[a][b] = level.springs.empty() ? 0.0 : double{level.springs[symmetric_entry(axes, a, b)][at]};
+      matrix[a][b] = entry_by_direction(level, at, a, b);
     }
     matrix[a][a] += weight_of_confidence(level.confidence[a][at]);
     trace += matrix[a][a];

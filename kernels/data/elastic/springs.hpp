@@ -63,15 +63,33 @@ struct SiteSprings {
 /// (Walls.StifferOnesTakeMoreSteps).
 inline constexpr float stiffness_of_walls = 100.0F;
 
+/// Returns an entry of what pulls a site by direction, an observation and a wall, over the modulus of the
+/// site.
+[[nodiscard]] inline double entry_by_direction(const Level& level, std::size_t at, std::size_t row,
+                                               std::size_t column) {
+  const std::size_t entry = symmetric_entry(level.extent.axes(), row, column);
+  return (level.springs.empty() ? 0.0 : double{level.springs[entry][at]}) +
+         (level.walls.empty() ? 0.0 : double{level.walls[entry][at]});
+}
+
+[[nodiscard]] inline bool has_springs_by_direction(const Level& level) {
+  return !level.springs.empty() || !level.walls.empty();
+}
+
+/// Returns whether the site slides along a wall.
+[[nodiscard]] inline bool is_on_wall(const Level& level, std::size_t at) {
+  bool is_on_one = false;
+  for (std::size_t axis = 0; !level.walls.empty() && axis < level.extent.axes(); ++axis) {
+    is_on_one = is_on_one || level.walls[symmetric_entry(level.extent.axes(), axis, axis)][at] > 0.0F;
+  }
+  return is_on_one;
+}
+
 /// Returns an entry of the spring of a site, by components and by direction, MPa times the thickness of the
 /// sheet, or the side of a voxel.
 [[nodiscard]] inline double spring_entry(const Level& level, std::size_t at, std::size_t row,
                                          std::size_t column) {
-  const double by_direction =
-      level.springs.empty()
-          ? 0.0
-          : double{level.modulus.values[at]} *
-                double{level.springs[symmetric_entry(level.extent.axes(), row, column)][at]};
+  const double by_direction = double{level.modulus.values[at]} * entry_by_direction(level, at, row, column);
   const float confidence = level.confidence[row][at];
   return by_direction + (row == column && is_spring(confidence)
                              ? spring_stiffness(level.modulus.values[at], confidence)
@@ -97,11 +115,11 @@ template <typename Way>
                                                     const std::array<double, 3>& otherwise);
 
 /// Moves the target of a site of `level` to where its wall and what is observed of it are at rest together:
-/// an observation pulls nothing through a wall. What is not observed rests at 0.
+/// an observation by components pulls nothing through a wall. What is not observed rests at 0.
 void set_rest_on_wall(Level& level, std::size_t at);
 
 [[nodiscard]] inline bool has_springs(const Level& level) {
-  return !level.springs.empty() ||
+  return has_springs_by_direction(level) ||
          std::ranges::any_of(level.confidence.planes, [](const std::vector<float>& component) {
            return std::ranges::any_of(component, is_spring);
          });

@@ -23,13 +23,15 @@ void WallHold::add(const Level& level, std::array<int, 3> place) {
     rows[axis][3 + (axis + 2) % 3] = -way[(axis + 1) % 3];
   }
   const auto entry = [&](std::size_t a, std::size_t b) {
-    return double{level.springs[symmetric_entry(axes, a, b)][at]};
+    return double{level.walls[symmetric_entry(axes, a, b)][at]};
   };
   bool is_known = false;
   double stiffness = 0.0;
   for (std::size_t axis = 0; axis < axes; ++axis) {
     stiffness += entry(axis, axis);
-    if (level.confidence[axis][at] > 0.0F) {
+    const bool is_observed =
+        !level.springs.empty() && level.springs[symmetric_entry(axes, axis, axis)][at] > 0.0F;
+    if (level.confidence[axis][at] > 0.0F || is_observed) {
       is_known = true;
       add_product(rows[axis], rows[axis], 1.0, known_);
     }
