@@ -1,5 +1,6 @@
 #include "harness/solve/methods/buckling.hpp"
 
+#include "harness/solve/methods/law_solver.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/solve.hpp"
 #include "kernels/data/elastic/conditions.hpp"
@@ -12,7 +13,7 @@ namespace hdmbench {
 
 namespace {
 
-constexpr double step_of_difference = 0.05; ///< pixels, of the site that moves most
+constexpr double step_of_difference = 0.05; ///< pixels, of the component that moves most
 constexpr int fewest_steps = 4;
 constexpr double stiff = 0.15; ///< eigenvalue of the tangent times a cycle
 
@@ -35,31 +36,23 @@ VectorField any_load(const Level& level) {
   return load;
 }
 
-/// to = value + factor * other, component by component; all may be one field.
-void add(VectorField& to, const VectorField& value, double factor, const VectorField& other) {
-  for (std::size_t axis = 0; axis < value.extent.axes(); ++axis) {
-    std::ranges::transform(value[axis], other[axis], to[axis].begin(), [&](float of_value, float of_other) {
-      return static_cast<float>(double{of_value} + factor * double{of_other});
-    });
-  }
-}
-
 } // namespace
 
-Farthest farthest(const Level& level, const VectorField& motion) {
+std::size_t farthest(const Level& level, const VectorField& motion) {
   const float least = void_modulus(level);
-  Farthest result;
+  std::size_t site = 0;
+  double largest = 0.0;
   for (std::size_t at = 0; at < level.extent.sites(); ++at) {
     double square = 0.0;
     for (std::size_t axis = 0; axis < level.extent.axes() && level.modulus.values[at] >= least; ++axis) {
       square += double{motion[axis][at]} * double{motion[axis][at]};
     }
-    if (square > result.way) {
-      result = {.site = at, .way = square};
+    if (square > largest) {
+      site = at;
+      largest = square;
     }
   }
-  result.way = std::sqrt(result.way);
-  return result;
+  return site;
 }
 
 std::optional<std::size_t> site_that_buckles(const BalancedBody& body, int most) {
@@ -72,27 +65,26 @@ std::optional<std::size_t> site_that_buckles(const BalancedBody& body, int most)
   double product = dot(load, correction);
   SmallestEigenvalue smallest;
   for (int step = 0; step < most && product > 0.0; ++step) {
-    const Farthest most_moved = farthest(body.level, motion);
-    const double length = step_of_difference / most_moved.way;
-    add(moved, body.displacement, length, motion);
+    const double length = step_of_difference / largest_component(motion);
+    advance(moved, body.displacement, static_cast<float>(length), motion);
     body.residual_of(moved, answer);
-    add(answer, body.residual, -1.0, answer); // what resists the motion
+    advance(answer, body.residual, -1.0F, answer); // what resists the motion
     const double resisted = dot(motion, answer) / length;
     if (!std::isfinite(resisted)) {
       return std::nullopt;
     }
     if (!(resisted > 0.0)) {
-      return most_moved.site;
+      return farthest(body.level, motion);
     }
     const double factor = product / resisted;
     smallest.add(factor, product);
     if (step + 1 >= fewest_steps && smallest.value() > stiff) {
       return std::nullopt;
     }
-    add(load, load, -factor / length, answer);
+    advance(load, load, static_cast<float>(-factor / length), answer);
     body.correct(load, correction);
     const double next = dot(load, correction);
-    add(motion, correction, next / product, motion);
+    advance(motion, correction, static_cast<float>(next / product), motion);
     product = next;
   }
   return std::nullopt;

@@ -9,13 +9,8 @@
 
 namespace hdmbench {
 
-/// The site of tissue that moves most, and how far, in the unit of the motion.
-struct Farthest {
-  std::size_t site = 0;
-  double way = 0.0;
-};
-
-[[nodiscard]] Farthest farthest(const Level& level, const VectorField& motion);
+/// Returns the site of tissue that moves most.
+[[nodiscard]] std::size_t farthest(const Level& level, const VectorField& motion);
 
 /// What a body with laws of large strains does, as conjugate gradients know it.
 struct BalancedBody {

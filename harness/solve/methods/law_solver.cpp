@@ -28,20 +28,6 @@ constexpr int first_look = 8;
 constexpr double worth_a_set_up = 8.0; ///< cycles, of which a hierarchy takes the time of four
 constexpr int parts_of_load = 4;       ///< where the linear solution is no start
 
-/// to = value + factor * direction, component by component; all may be one field.
-void advance(VectorField& to, const VectorField& value, float factor, const VectorField& direction) {
-  for (std::size_t axis = 0; axis < value.extent.axes(); ++axis) {
-    const std::size_t sites = value.extent.sites();
-    float* const result = to[axis].data();
-    const float* const from = value[axis].data();
-    const float* const along = direction[axis].data();
-#pragma omp parallel for simd if (sites > sites_worth_threads)
-    for (std::size_t at = 0; at < sites; ++at) {
-      result[at] = from[at] + factor * along[at];
-    }
-  }
-}
-
 /// Returns the moduli that the cycle of the linear energy has. Where walls are, cells with a corner in void
 /// carry nothing by laws, but in that energy the mean of their corners: so a site has its modulus times the
 /// share of its cells that are whole, which makes that of all its cells about as stiff as those are.
@@ -92,6 +78,19 @@ ScalarField modulus_of_cycle(const Level& level) {
 
 } // namespace
 
+void advance(VectorField& to, const VectorField& value, float factor, const VectorField& direction) {
+  for (std::size_t axis = 0; axis < value.extent.axes(); ++axis) {
+    const std::size_t sites = value.extent.sites();
+    float* const result = to[axis].data();
+    const float* const from = value[axis].data();
+    const float* const along = direction[axis].data();
+#pragma omp parallel for simd if (sites > sites_worth_threads)
+    for (std::size_t at = 0; at < sites; ++at) {
+      result[at] = from[at] + factor * along[at];
+    }
+  }
+}
+
 double root_mean_square_of_tissue(const Level& level, const VectorField& field) {
   const float least = void_modulus(level);
   const auto tissue = static_cast<std::size_t>(
@@ -130,6 +129,7 @@ bool LawSolver::begin() {
   }
   find_residual();
   if (least_.share >= least_of_linear) {
+    rotation_ = LocalRotation::of(level_, displacement_);
     return true;
   }
   displacement_ = VectorField(level_.extent);
@@ -156,7 +156,6 @@ void LawSolver::iterate(double accuracy, int most) {
   double factor = 1.0;
   int stuck = 0;
   int next_look = next_look_;
-  rotation_ = LocalRotation::of(level_, displacement_);
   const double rounding = largest_component(displacement_) * std::numeric_limits<float>::epsilon();
   for (int step = 0; step <= most; ++step) {
     if (step == next_look) {
@@ -258,9 +257,9 @@ void LawSolver::correct(const VectorField& residual, VectorField& correction) {
     linear_.correct(residual, correction);
     return;
   }
-  VectorField load = residual;
-  rotation_->turn_back(load);
-  linear_.correct(load, correction);
+  tried_ = residual; // which has the memory, and nobody reads it before the next search()
+  rotation_->turn_back(tried_);
+  linear_.correct(tried_, correction);
   rotation_->turn(correction);
 }
 
@@ -281,6 +280,7 @@ void LawSolver::meet_conditions() {
     advance(displacement_, displacement_, 1.0F, linear_.displacement());
   }
   find_residual();
+  rotation_ = LocalRotation::of(level_, displacement_);
 }
 
 std::optional<std::size_t> LawSolver::site_that_buckles(int most) {
@@ -321,7 +321,7 @@ bool LawSolver::search(const VectorField& direction, double& factor) {
       return true;
     }
     if (now > first) {
-      gave_way_at_ = farthest(level_, direction).site;
+      gave_way_at_ = farthest(level_, direction);
       gives_way_ = true;
     }
     if (now > 0.0) {

@@ -18,6 +18,9 @@ inline constexpr int steps_of_starts = 30;
 /// RMS over the sites that are not void: what void does follows from them, and no step is chosen for it.
 [[nodiscard]] double root_mean_square_of_tissue(const Level& level, const VectorField& field);
 
+/// Sets `to` to value + factor * direction, component by component; all may be one field.
+void advance(VectorField& to, const VectorField& value, float factor, const VectorField& direction);
+
 /// Non-linear conjugate gradients on one image whose tissues have laws of large strains: the cycle of the
 /// linear energy is the preconditioner, the forces are those of the laws (kernels/data/elastic/law_forces).
 class LawSolver {

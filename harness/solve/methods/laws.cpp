@@ -37,7 +37,7 @@ constexpr double most_times_as_accurate = 16.0;
 constexpr int reach_of_part = 20;
 constexpr int most_parts = 8;
 /// For a motion in which a body buckles, where it has found its balance and where it has found none.
-constexpr int most_steps_to_buckling = 10;
+constexpr int most_steps_to_buckling = 6;
 constexpr int most_steps_without_end = 30;
 /// Larger turns are said where there is no end, degrees: beyond about 120 few were seen.
 constexpr double large_turn = 100.0;

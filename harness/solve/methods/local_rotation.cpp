@@ -65,13 +65,18 @@ void add_neighbours(Extent nodes, std::size_t axis, int radius, std::vector<Sum>
 /// Returns the rotation nearest to a gradient of places, by Newton's method (Higham 1986); none of one that
 /// turns over.
 Eigen::Matrix3d rotation_in(const Eigen::Matrix3d& gradient) {
+  constexpr int most = 8;
+  constexpr double enough = 1e-6; // floats are made of it
   Eigen::Matrix3d rotation = gradient;
-  for (int step = 0; step < 8; ++step) {
+  for (int step = 0; step < most; ++step) {
     if (!(rotation.determinant() > 0.0)) {
       return Eigen::Matrix3d::Identity();
     }
-    const Eigen::Matrix3d inverse = rotation.inverse();
-    rotation = 0.5 * (rotation + inverse.transpose());
+    const Eigen::Matrix3d half_way = 0.5 * (rotation.inverse().transpose() - rotation);
+    rotation += half_way;
+    if (half_way.squaredNorm() < enough * enough) {
+      break;
+    }
   }
   return rotation;
 }
@@ -126,9 +131,10 @@ std::vector<Eigen::Matrix3d> mean_gradients(const Level& level, const VectorFiel
     };
     const auto [top, bottom] = sites_of(row % nodes.height, level.extent.height);
     const auto [front, back] = sites_of(row / nodes.height, level.extent.depth);
-    for (int z = front; z < back; ++z) {
-      for (int y = top; y < bottom; ++y) {
-        for (int x = 0; x < level.extent.width; ++x) {
+    const int every = std::max(stride / 2, 1); // a mean needs no more sites
+    for (int z = front; z < back; z += every) {
+      for (int y = top; y < bottom; y += every) {
+        for (int x = 0; x < level.extent.width; x += every) {
           const int node = std::min((x + stride / 2) / stride, nodes.width - 1);
           gradients.add({x, y, z}, sums[nodes.index(node, row)]);
         }
