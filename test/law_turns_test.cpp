@@ -123,7 +123,7 @@ struct Asked {
   std::string_view turn;
   int sites;
   double degrees;
-  int most; ///< cycles of the image; the comment says how many there are in axes that do not turn
+  int most; ///< cycles of the image; the comment has those of 96252c54, whose axes do not turn
 };
 
 /// Cycles count, as axes that turn make no other solution than those that do not.

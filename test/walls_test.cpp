@@ -156,6 +156,40 @@ TEST(Walls, ObservationsPullNothingThroughThem) {
   }
 }
 
+/// An observation by direction is one by components where it lies along the axes, on a sampled image, too.
+TEST(Walls, OfASampledImageKnowWhatIsObservedByDirection) {
+  const Scene by_components = scene_of(
+      "[65, 65]", "[[shape]]\nkind = \"everything\"\nlabel = 1\n"
+                  "[[shape]]\nkind = \"rectangle\"\nlabel = 2\ncentre = [0.5, 0.0]\nsize = [2.0, 0.48]\n"
+                  "[[condition]]\nwhere = \"bottom\"\ndx = 0.0\ndy = 0.0\n"
+                  "[[condition]]\nwhere = \"labels\"\nlabels = [1]\ndx = 1.0\ndy = -2.0\ndeviation = 2.0\n"
+                  "[[condition]]\nwhere = \"labels\"\nlabels = [2]\nslide = true\n");
+  Level by_direction = by_components.full;
+  by_direction.springs.assign(3, std::vector<float>(by_direction.extent.sites()));
+  for (std::size_t site = 0; site < by_direction.extent.sites(); ++site) {
+    for (std::size_t axis = 0; axis < 2; ++axis) {
+      float& confidence = by_direction.confidence[axis][site];
+      by_direction.springs[symmetric_entry(2, axis, axis)][site] =
+          static_cast<float>(weight_of_confidence(confidence));
+      confidence = is_spring(confidence) ? 0.0F : confidence;
+    }
+  }
+  const auto sampled = [](const Level& full) {
+    return sampled_image(full, block_moduli(full.modulus, full.inverse_modulus, {17, 17}),
+                         BlockMean::geometric);
+  };
+  const Level expected = sampled(by_components.full);
+  const Level found = sampled(by_direction);
+  int sliding = 0;
+  for (std::size_t site = 0; site < expected.extent.sites(); ++site) {
+    sliding += is_on_wall(found, site) ? 1 : 0;
+    for (std::size_t axis = 0; axis < 2 && is_on_wall(found, site); ++axis) {
+      EXPECT_NEAR(found.target[axis][site], expected.target[axis][site], 1e-4) << found.extent.place(site);
+    }
+  }
+  EXPECT_GT(sliding, 10);
+}
+
 /// A site that samples those beside a wall has what is observed along the wall alone.
 TEST(Walls, ObservationsPullNothingThroughThoseOfASampledImage) {
   const Scene scene = scene_of(

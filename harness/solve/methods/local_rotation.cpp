@@ -21,7 +21,7 @@ constexpr double reach = 0.05;   ///< of each of two means, one of the other, to
 /// Between nodes that turn against each other there is no rotation.
 constexpr float least_determinant = 0.25F;
 /// Turns below do not matter, degrees. Where the axes of walls stay and those beside them turn, cycles take
-/// more steps at first (test/walls_test: 71 for 46).
+/// more steps at first: test/walls_test counts them.
 constexpr double least_turn = 20.0;
 constexpr double least_turn_at_walls = 30.0;
 

@@ -12,9 +12,8 @@ namespace hdmbench {
 
 /// How tissue has turned around every site: the rotation in the mean gradient of a displacement, about a
 /// tenth of the longest side to each side. A cycle of small strains knows of no turns; in axes that turn with
-/// the tissue, R B R' in place of B, it is about as good as without them. R has no jumps: a smooth correction
-/// in turned axes would have a kink there, and a bar that is bent by 92 degrees took three times the cycles
-/// when turns below 2 degrees were left out.
+/// the tissue, R B R' in place of B, it is about as good as without them. R has no jumps, not
+/// even by leaving out small turns: a smooth correction in turned axes would have a kink there.
 class LocalRotation {
 public:
   /// Returns none where tissue has turned nowhere by more than 20 degrees, where walls are by more than 30.

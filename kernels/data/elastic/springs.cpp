@@ -62,12 +62,20 @@ Vector rest_of_springs(const Level& level, std::size_t at, Vector pull, const Ve
 }
 
 void set_rest_on_wall(Level& level, std::size_t at) {
+  const std::size_t axes = level.extent.axes();
+  const auto spring = [&](std::size_t a, std::size_t b) {
+    return level.springs.empty() ? 0.0 : double{level.springs[symmetric_entry(axes, a, b)][at]};
+  };
   std::array<double, 3> pull{};
   std::array<double, 3> observed{};
-  for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+  for (std::size_t axis = 0; axis < axes; ++axis) {
     const float confidence = level.confidence[axis][at];
-    observed[axis] = confidence > 0.0F ? double{level.target[axis][at]} : 0.0;
+    const bool is_observed = confidence > 0.0F || spring(axis, axis) > 0.0;
+    observed[axis] = is_observed ? double{level.target[axis][at]} : 0.0;
     pull[axis] = weight_of_confidence(confidence) * observed[axis];
+    for (std::size_t other = 0; other < axes; ++other) {
+      pull[axis] += spring(axis, other) * double{level.target[other][at]};
+    }
   }
   const Vector rest = rest_of_springs(level, at, pull, observed);
   for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {

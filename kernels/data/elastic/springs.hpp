@@ -115,7 +115,7 @@ template <typename Way>
                                                     const std::array<double, 3>& otherwise);
 
 /// Moves the target of a site of `level` to where its wall and what is observed of it are at rest together:
-/// an observation by components pulls nothing through a wall. What is not observed rests at 0.
+/// an observation pulls nothing through a wall. What is not observed rests at 0.
 void set_rest_on_wall(Level& level, std::size_t at);
 
 [[nodiscard]] inline bool has_springs(const Level& level) {
