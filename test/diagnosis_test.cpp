@@ -173,6 +173,52 @@ TEST(BeforeTheRun, ResampledPixelsAreNamed) {
   EXPECT_TRUE(has(diagnose(scene), "resampled"));
 }
 
+/// The length of the shortest way along neighbours, found by letting every site ask all around until none has
+/// a shorter one.
+std::vector<float> shortest_ways(Extent extent, const std::vector<float>& counted, float diagonal) {
+  const auto sum_of_sides =
+      static_cast<float>(extent.width + extent.height + (extent.depth > 1 ? extent.depth : 0));
+  std::vector<float> ways(extent.sites());
+  std::ranges::transform(counted, ways.begin(), [&](float value) { return value > 0.0F ? 0.0F : 1e9F; });
+  for (bool is_shorter = true; is_shorter;) {
+    is_shorter = false;
+    for_each_site(extent, [&](int x, int y, int z) {
+      for (int i = 0; i < 27; ++i) {
+        const std::array at{x + i % 3 - 1, y + i / 3 % 3 - 1, z + i / 9 - 1};
+        if (std::ranges::min(at) < 0 || at[0] >= extent.width || at[1] >= extent.height ||
+            at[2] >= extent.depth) {
+          continue;
+        }
+        const int axes = (at[0] != x ? 1 : 0) + (at[1] != y ? 1 : 0) + (at[2] != z ? 1 : 0);
+        float& own = ways[extent.index(x, y, z)];
+        const float way = ways[extent.index(at[0], at[1], at[2])] + (axes > 1 ? diagonal : 1.0F);
+        is_shorter = is_shorter || way < own;
+        own = std::min(own, way);
+      }
+    });
+  }
+  std::ranges::transform(ways, ways.begin(), [&](float way) { return way >= 1e9F ? sum_of_sides : way; });
+  return ways;
+}
+
+TEST(Distances, AreThoseOfTheShortestWays) {
+  std::mt19937 random(7);
+  for (const Extent extent : {Extent{1, 1}, Extent{1, 9}, Extent{9, 1}, Extent{23, 17}, Extent{2, 3, 11},
+                              Extent{9, 8, 7}, Extent{13, 1, 6}}) {
+    for (const unsigned sites : {0U, 1U, 3U}) {
+      std::vector<float> counted(extent.sites());
+      for (unsigned i = 0; i < sites; ++i) {
+        counted[random() % counted.size()] = 0.5F;
+      }
+      for (const float diagonal : {1.0F, 1.5F}) { // what float adds up exactly
+        EXPECT_EQ(diagnosis::distance_to_nearest(extent, counted, diagonal),
+                  shortest_ways(extent, counted, diagonal))
+            << extent.text() << ", " << sites << " sites, " << diagonal;
+      }
+    }
+  }
+}
+
 TEST(Folding, TheLeastDeterminantOfACellIsAtACorner) {
   std::mt19937 engine(5);
   std::uniform_real_distribution<float> uniform(-1.0F, 1.0F);

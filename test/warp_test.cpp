@@ -13,8 +13,8 @@ ScalarField some_picture(Extent extent) {
 }
 
 TEST(Warp, IntegerTranslationIsExact) {
-  for (const Extent extent :
-       {Extent{1, 1}, Extent{1, 7}, Extent{7, 1}, Extent{2, 2}, Extent{23, 19}, Extent{9, 8, 7}}) {
+  for (const Extent extent : {Extent{1, 1}, Extent{1, 7}, Extent{7, 1}, Extent{2, 2}, Extent{23, 19},
+                              Extent{9, 8, 7}, Extent{5, 90}, Extent{3, 4, 70}}) { // the last two in bands
     const ScalarField picture = some_picture(extent);
     for (const auto& by :
          {std::array{0, 0, 0}, {3, 0, -2}, {-4, 7, 0}, {0, -18, 1}, {40, 0, 0}, {-3, -2, -1}}) {
@@ -73,10 +73,13 @@ TEST(Warp, APlaneIsThatOfTheWholeVolume) {
   });
   const ScalarField grown = warp(linear, displacement);
   EXPECT_NEAR(grown.values[extent.index(4, 6, 5)], 100 + 3.5 + 10 * (4 + 2 / 1.5) - 25, 1e-4);
-  for (const VectorField& field : {displacement, some_displacement(extent)}) {
-    const ScalarField whole = warp(picture, field);
-    for (const Plane plane : {Plane{0, 0}, Plane{1, 3}, Plane{2, 6}}) {
-      EXPECT_EQ(warp(picture, field, plane).values, slice_of(whole, plane).values);
+  const Extent in_bands{11, 8, 70};
+  for (const auto& [seen, field] : {std::pair{picture, displacement},
+                                    {picture, some_displacement(extent)},
+                                    {some_picture(in_bands), some_displacement(in_bands)}}) {
+    const ScalarField whole = warp(seen, field);
+    for (const Plane plane : {Plane{0, 0}, Plane{1, 3}, Plane{2, 6}, Plane{2, field.extent.depth / 2}}) {
+      EXPECT_EQ(warp(seen, field, plane).values, slice_of(whole, plane).values);
     }
   }
 }

@@ -7,6 +7,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 namespace hdmbench {
 
@@ -115,15 +116,16 @@ void set_inverse_curvature(Level& level) {
 }
 
 double mean_energy(const Level& level, const VectorField& displacement) {
-  double sum = 0.0;
   const Extent extent = level.extent;
+  std::vector<double> of_rows(static_cast<std::size_t>(extent.rows())); // as threads share them out
+#pragma omp parallel for if (extent.sites() > sites_worth_threads)
   for (int row = 0; row < extent.rows(); ++row) {
     for (int x = 0; x < extent.width; ++x) {
-      sum += static_cast<double>(
+      of_rows[static_cast<std::size_t>(row)] += static_cast<double>(
           level.energy->host->site_energy(level, displacement, x, row % extent.height, row / extent.height));
     }
   }
-  return sum / static_cast<double>(level.extent.sites());
+  return std::accumulate(of_rows.begin(), of_rows.end(), 0.0) / static_cast<double>(extent.sites());
 }
 
 Undetermined find_undetermined(int thickness, std::span<const float> confidence) {

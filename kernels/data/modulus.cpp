@@ -91,25 +91,29 @@ ModulusRange modulus_range(const ScalarField& modulus) {
 }
 
 NeighbourContrast largest_neighbour_contrast(const ScalarField& modulus) {
-  NeighbourContrast found;
   const Extent extent = modulus.extent;
-  for_each_site(extent, [&](int x, int y, int z) {
-    const std::size_t at = extent.index(x, y, z);
-    for (int i = 14; i < (extent.depth > 1 ? 27 : 18); ++i) { // the half of the neighbours that is ahead
-      const int nx = x + i % 3 - 1;
-      const int ny = y + i / 3 % 3 - 1;
-      const int nz = z + i / 9 - 1;
-      if (std::min(nx, ny) >= 0 && nx < extent.width && ny < extent.height && nz < extent.depth) {
-        const std::size_t other = extent.index(nx, ny, nz);
-        const auto [soft, stiff] = std::minmax(modulus.values[at], modulus.values[other]);
-        const double ratio = static_cast<double>(stiff) / static_cast<double>(soft);
-        if (ratio > found.ratio) {
-          found = {ratio, modulus.values[at] < modulus.values[other] ? other : at};
+  std::vector<NeighbourContrast> of_rows(static_cast<std::size_t>(extent.rows()));
+#pragma omp parallel for if (extent.sites() > sites_worth_threads)
+  for (int row = 0; row < extent.rows(); ++row) {
+    NeighbourContrast& found = of_rows[static_cast<std::size_t>(row)];
+    for (int x = 0; x < extent.width; ++x) {
+      const std::size_t at = extent.index(x, row);
+      for (int i = 14; i < (extent.depth > 1 ? 27 : 18); ++i) { // the half of the neighbours that is ahead
+        const int nx = x + i % 3 - 1;
+        const int ny = row % extent.height + i / 3 % 3 - 1;
+        const int nz = row / extent.height + i / 9 - 1;
+        if (std::min(nx, ny) >= 0 && nx < extent.width && ny < extent.height && nz < extent.depth) {
+          const std::size_t other = extent.index(nx, ny, nz);
+          const auto [soft, stiff] = std::minmax(modulus.values[at], modulus.values[other]);
+          const double ratio = static_cast<double>(stiff) / static_cast<double>(soft);
+          if (ratio > found.ratio) {
+            found = {ratio, modulus.values[at] < modulus.values[other] ? other : at};
+          }
         }
       }
     }
-  });
-  return found;
+  }
+  return *std::ranges::max_element(of_rows, {}, &NeighbourContrast::ratio);
 }
 
 int exponent_to_safe_moduli(const ModulusRange& range) {

@@ -56,31 +56,46 @@ void check_range(const Scene& scene, const VectorField& displacement, Warnings& 
 /// the prior pulls as hard as the observation, |g| = K / 2 to what a candidate changes it by, A e, no further
 /// sweep brings the component nearer.
 void check_met(const Scene& scene, const VectorField& displacement, Warnings& warnings) {
-  const Extent extent = scene.extent();
+  const Level& level = scene.full;
+  const Extent extent = level.extent;
   const double step = quantum(scene);
   const double chance = scene.schedule.rule == Rule::annealing ? 0.5 * step : 0.0;
-  const double penalty = static_cast<double>(scene.full.penalty);
-  Seen overruled;
-  Seen not_arrived;
-  for_each_site(extent, [&](int x, int y, int z) {
-    const std::size_t at = extent.index(x, y, z);
-    const auto check = [&](float confidence, float target, float centre, float gradient, float curvature) {
-      const double way = std::abs(static_cast<double>(target) - static_cast<double>(centre));
-      const double change = static_cast<double>(curvature) * step;
-      const double pull = std::abs(static_cast<double>(gradient));
-      const double allowed = 0.5 * step + chance + (change + 2.0 * pull) * step / (2.0 * penalty) + 1e-3;
-      if (confidence == 1.0F && way > allowed) {
-        (pull + change >= 0.499 * penalty ? overruled : not_arrived).add(way, at);
-      }
-    };
-    const Level& level = scene.full;
-    const PriorAtSite prior = level.energy->host->prior(level, displacement, x, y, z);
-    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-      check(level.confidence[axis][at], level.target[axis][at], displacement[axis][at], prior.gradient[axis],
-            prior.curvature[axis]);
+  const double penalty = static_cast<double>(level.penalty);
+  struct Missed {
+    Seen overruled;
+    Seen not_arrived;
+  };
+  const auto look_at = [&](std::size_t at, std::size_t axis, const PriorAtSite& prior, Missed& missed) {
+    const double way = std::abs(double{level.target[axis][at]} - double{displacement[axis][at]});
+    const double change = double{prior.curvature[axis]} * step;
+    const double pull = std::abs(double{prior.gradient[axis]});
+    const double allowed = 0.5 * step + chance + (change + 2.0 * pull) * step / (2.0 * penalty) + 1e-3;
+    if (way > allowed) {
+      (pull + change >= 0.499 * penalty ? missed.overruled : missed.not_arrived).add(way, at);
     }
-  });
-  for (const auto& [kind, missed] : {std::pair("gives-way", overruled), {"not-met", not_arrived}}) {
+  };
+  std::vector<Missed> of_rows(static_cast<std::size_t>(extent.rows()));
+#pragma omp parallel for if (extent.sites() > sites_worth_threads)
+  for (int row = 0; row < extent.rows(); ++row) {
+    for (int x = 0; x < extent.width; ++x) {
+      const std::size_t at = extent.index(x, row);
+      std::optional<PriorAtSite> prior;
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        if (level.confidence[axis][at] == 1.0F) {
+          prior = prior ? prior
+                        : level.energy->host->prior(level, displacement, x, row % extent.height,
+                                                    row / extent.height);
+          look_at(at, axis, *prior, of_rows[static_cast<std::size_t>(row)]);
+        }
+      }
+    }
+  }
+  Missed all;
+  for (const Missed& of_row : of_rows) {
+    all.overruled.add(of_row.overruled);
+    all.not_arrived.add(of_row.not_arrived);
+  }
+  for (const auto& [kind, missed] : {std::pair("gives-way", all.overruled), {"not-met", all.not_arrived}}) {
     if (missed.count > 0) {
       warn(warnings, kind, missed.count, "farthest"_a = missed.most, "place"_a = extent.place(missed.worst));
     }

@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <cmath>
 #include <functional>
+#include <limits>
 #include <numbers>
 
 namespace hdmbench {
@@ -28,10 +29,20 @@ std::vector<Component> components(const Scene& scene) {
     if (scene.start) {
       one.start = (*scene.start)[axis];
     }
+    float least = std::numeric_limits<float>::infinity();
+    float most = -least;
+#pragma omp parallel for reduction(min                                                                       \
+                                   : least) reduction(max                                                    \
+                                                      : most) if (one.target.size() > sites_worth_threads)
     for (std::size_t i = 0; i < one.target.size(); ++i) {
       if (one.confidence[i] > 0.0F) {
-        one.known.include(static_cast<double>(one.target[i]));
+        least = std::min(least, one.target[i]);
+        most = std::max(most, one.target[i]);
       }
+    }
+    if (least <= most) {
+      one.known.include(static_cast<double>(least));
+      one.known.include(static_cast<double>(most));
     }
   }
   return all;
@@ -54,6 +65,30 @@ double quantum(const Scene& scene) {
   return has_candidates ? step_sizes(scene.full.steps).smallest : 0.0;
 }
 
+namespace {
+
+/// Brings a row nearer by what a row beside it knows: its own sites are `straight` from the ones next to
+/// them there, and `diagonal` from those beside these.
+void bring_nearer(float* own, const float* beside, int width, float straight, float diagonal) {
+#pragma omp simd
+  for (int x = 0; x < width; ++x) {
+    const float way = beside[x] + straight;
+    own[x] = way < own[x] ? way : own[x];
+  }
+#pragma omp simd
+  for (int x = 1; x < width; ++x) {
+    const float way = beside[x - 1] + diagonal;
+    own[x] = way < own[x] ? way : own[x];
+  }
+#pragma omp simd
+  for (int x = 1; x < width; ++x) {
+    const float way = beside[x] + diagonal;
+    own[x - 1] = way < own[x - 1] ? way : own[x - 1];
+  }
+}
+
+} // namespace
+
 std::vector<float> distance_to_nearest(Extent extent, std::span<const float> counted, float diagonal) {
   const float farthest =
       static_cast<float>(extent.width + extent.height + (extent.depth > 1 ? extent.depth : 0));
@@ -61,24 +96,33 @@ std::vector<float> distance_to_nearest(Extent extent, std::span<const float> cou
   std::ranges::transform(counted, distance.begin(),
                          [&](float value) { return value > 0.0F ? 0.0F : farthest; });
   // Two raster scans are exact for this metric (Rosenfeld and Pfaltz 1966): each looks at the half of the
-  // neighbours that it has passed.
-  const auto scan = [&](int x, int y, int z, int step) {
-    float& own = distance[extent.index(x, y, z)];
-    for (int i = extent.depth > 1 ? 0 : 9; i < 13;
-         ++i) { // of the 27 places around in raster order those before the middle
-      const int nx = x + step * (1 - i % 3);
-      const int ny = y + step * (1 - i / 3 % 3);
-      const int nz = z + step * (1 - i / 9);
-      if (std::min({nx, ny, nz}) >= 0 && nx < extent.width && ny < extent.height && nz < extent.depth) {
-        const bool straight = (nx != x) + (ny != y) + (nz != z) == 1;
-        own = std::min(own, distance[extent.index(nx, ny, nz)] + (straight ? 1.0F : diagonal));
+  // neighbours that it has passed, which are four rows, in an image one, and the site before on its own row.
+  constexpr std::array<std::array<int, 2>, 4> passed{{{-1, 0}, {-1, -1}, {0, -1}, {1, -1}}}; // y, z
+  const auto scan_row = [&](int y, int z, int step) {
+    float* const own = &distance[extent.index(0, y, z)];
+    for (const auto& [dy, dz] : passed) {
+      const int beside_y = y + step * dy;
+      const int beside_z = z + step * dz;
+      if (beside_y >= 0 && beside_y < extent.height && beside_z >= 0 && beside_z < extent.depth) {
+        bring_nearer(own, &distance[extent.index(0, beside_y, beside_z)], extent.width,
+                     dy == 0 || dz == 0 ? 1.0F : diagonal, diagonal);
       }
     }
   };
-  for_each_site(extent, [&](int x, int y, int z) { scan(x, y, z, -1); });
-  for_each_site(extent, [&](int x, int y, int z) {
-    scan(extent.width - 1 - x, extent.height - 1 - y, extent.depth - 1 - z, 1);
-  });
+  for (int row = 0; row < extent.rows(); ++row) {
+    scan_row(row % extent.height, row / extent.height, 1);
+    float* const own = &distance[extent.index(0, row)];
+    for (int x = 1; x < extent.width; ++x) {
+      own[x] = std::min(own[x], own[x - 1] + 1.0F);
+    }
+  }
+  for (int row = extent.rows() - 1; row >= 0; --row) {
+    scan_row(row % extent.height, row / extent.height, -1);
+    float* const own = &distance[extent.index(0, row)];
+    for (int x = extent.width - 1; x > 0; --x) {
+      own[x - 1] = std::min(own[x - 1], own[x] + 1.0F);
+    }
+  }
   return distance;
 }
 
@@ -101,6 +145,7 @@ template <typename AtSite>
 VectorField everywhere(const AtSite& at_site, const Level& level, const VectorField& displacement) {
   VectorField result(level.extent);
   const Extent extent = level.extent;
+#pragma omp parallel for if (extent.sites() > sites_worth_threads)
   for (int row = 0; row < extent.rows(); ++row) {
     for (int x = 0; x < extent.width; ++x) {
       const auto found = at_site(level, displacement, x, row % extent.height, row / extent.height);
@@ -192,17 +237,23 @@ RestState measure_rest(const Scene& scene, const VectorField& displacement) {
   state.stripes_share = square > 0.0 ? stripes / square : 0.0;
   if (level.rule == Rule::steps) {
     const VectorField next = everywhere(level.energy->host->improved, level, displacement);
-    const VectorField second = everywhere(level.energy->host->improved, level, next);
-    for (std::size_t i = 0; i < next[0].size(); ++i) {
+    for_each_site(level.extent, [&](int x, int y, int z) {
+      const std::size_t site = level.extent.index(x, y, z);
       bool moves = false;
+      for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
+        moves = moves || next[axis][site] != displacement[axis][site];
+      }
+      if (!moves) {
+        return;
+      }
+      const std::array<float, 3> second = level.energy->host->improved(level, next, x, y, z);
       bool returns = true;
       for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
-        moves = moves || next[axis][i] != displacement[axis][i];
-        returns = returns && second[axis][i] == displacement[axis][i];
+        returns = returns && second[axis] == displacement[axis][site];
       }
-      state.moving += moves ? 1 : 0;
-      state.swapping += moves && returns ? 1 : 0;
-    }
+      ++state.moving;
+      state.swapping += returns ? 1 : 0;
+    });
   }
   return state;
 }

@@ -45,6 +45,12 @@ struct Seen {
     worst = how_much > most ? site : worst;
     most = std::max(most, how_much);
   }
+  /// Adds what was seen at later sites.
+  void add(const Seen& later) {
+    count += later.count;
+    worst = later.most > most ? later.worst : worst;
+    most = std::max(most, later.most);
+  }
 };
 
 /// Smallest and largest value; `any` false where there was none.

@@ -5,6 +5,7 @@
 #include "kernels/data/level.hpp"
 
 #include <fmt/format.h>
+#include <omp.h>
 
 #include <algorithm>
 #include <array>
@@ -14,6 +15,9 @@
 namespace hdmbench {
 
 namespace {
+
+/// Rows or layers of a picture that are worth a thread.
+constexpr int least_thickness = 32;
 
 using Point = std::array<double, 3>; ///< in sites; of an image z is 0
 
@@ -77,11 +81,14 @@ void add_simplex(Arrivals& arrivals, const std::array<Corner, 4>& corners) {
     for (int y = first[1]; y <= last[1]; ++y) {
       for (int x = first[0]; x <= last[0]; ++x) {
         const Point way = difference({double(x), double(y), double(z)}, corners[0].at);
-        const Point weights{dot(way, normals[0]) / content, dot(way, normals[1]) / content,
-                            dot(way, normals[2]) / content};
+        Point weights{};
+        bool is_inside = true;
+        for (std::size_t i = 0; i < weights.size() && is_inside; ++i) {
+          weights[i] = dot(way, normals[i]) / content;
+          is_inside = weights[i] >= outside;
+        }
         const double rest = 1.0 - weights[0] - weights[1] - weights[2];
-        if (rest >= outside &&
-            std::ranges::all_of(weights, [](double weight) { return weight >= outside; })) {
+        if (is_inside && rest >= outside) {
           const std::size_t site =
               arrivals.box.index(x - arrivals.first[0], y - arrivals.first[1], z - arrivals.first[2]);
           arrivals.sum[site] += rest * corners[0].value + weights[0] * corners[1].value +
@@ -98,8 +105,29 @@ constexpr std::array<std::array<std::size_t, 4>, 2> triangles{{{0, 1, 2, 4}, {1,
 constexpr std::array<std::array<std::size_t, 4>, 6> tetrahedra{
     {{0, 1, 3, 7}, {0, 1, 5, 7}, {0, 2, 3, 7}, {0, 2, 6, 7}, {0, 4, 5, 7}, {0, 4, 6, 7}}};
 
-/// Lets the cells arrive that may reach the box.
-void add_cells(Arrivals& arrivals, const ScalarField& picture, const VectorField& displacement) {
+/// The least and the largest value of a component, pixels.
+struct Range {
+  float least = 0.0F;
+  float most = 0.0F;
+};
+
+Range range_of(const std::vector<float>& component) {
+  float least = component.front();
+  float most = least;
+#pragma omp parallel for simd reduction(min                                                                  \
+                                        : least)                                                             \
+    reduction(max                                                                                            \
+              : most) if (component.size() > sites_worth_threads)
+  for (std::size_t site = 0; site < component.size(); ++site) {
+    least = std::min(least, component[site]);
+    most = std::max(most, component[site]);
+  }
+  return {least, most};
+}
+
+/// Lets the cells arrive that may reach the box. `ranges`: those of the components.
+void add_cells(Arrivals& arrivals, const ScalarField& picture, const VectorField& displacement,
+               const std::array<Range, 3>& ranges) {
   const Extent extent = picture.extent;
   const std::array<int, 3> sides = extent.sides();
   const std::size_t axes = extent.axes();
@@ -121,7 +149,7 @@ void add_cells(Arrivals& arrivals, const ScalarField& picture, const VectorField
   std::array<int, 3> from{};
   std::array<int, 3> to{};
   for (std::size_t axis = 0; axis < axes; ++axis) {
-    const auto [least, most] = std::ranges::minmax(displacement[axis]);
+    const auto [least, most] = ranges[axis];
     const double last = sides[axis] - 1.0;
     from[axis] =
         static_cast<int>(std::clamp(std::floor(arrivals.first[axis] - double{most}) - 1.0, -1.0, last));
@@ -131,12 +159,15 @@ void add_cells(Arrivals& arrivals, const ScalarField& picture, const VectorField
   if (axes == 3) {
     simplices = tetrahedra;
   }
+  const int corners_used = axes == 3 ? 8 : 6;
+  std::array<Corner, 9> corners{}; // the right ones of a cell are the left ones of the next
   for (int z = from[2]; z <= to[2]; ++z) {
     for (int y = from[1]; y <= to[1]; ++y) {
       for (int x = from[0]; x <= to[0]; ++x) {
-        std::array<Corner, 8> corners{};
-        for (int i = 0; i < 8; ++i) {
-          corners[static_cast<std::size_t>(i)] = corner({x + i % 2, y + i / 2 % 2, z + i / 4});
+        for (int i = 0; i < corners_used; ++i) {
+          const auto at = static_cast<std::size_t>(i);
+          corners[at] =
+              i % 2 == 0 && x > from[0] ? corners[at + 1] : corner({x + i % 2, y + i / 2 % 2, z + i / 4});
         }
         for (const auto& [a, b, c, d] : simplices) {
           add_simplex(arrivals, {corners[a], corners[b], corners[c], corners[d]});
@@ -156,12 +187,28 @@ ScalarField warp(const ScalarField& picture, const VectorField& displacement, st
   if (plane) {
     first[plane->axis] = last[plane->axis] = plane->at;
   }
-  Arrivals arrivals(first, last);
-  add_cells(arrivals, picture, displacement);
   ScalarField warped(plane ? extent_of(*plane, picture.extent) : picture.extent);
-  std::ranges::transform(arrivals.sum, arrivals.count, warped.values.begin(), [](double sum, int count) {
-    return count > 0 ? static_cast<float>(sum / count) : 0.0F;
-  });
+  // Bands along the last axis that is wide lie one after the other in the result.
+  const std::size_t across = last[2] > first[2] ? 2 : 1;
+  const int thickness = last[across] - first[across] + 1;
+  std::array<Range, 3> ranges;
+  std::ranges::transform(std::span(displacement.planes).first(displacement.extent.axes()), ranges.begin(),
+                         range_of);
+  const int bands = std::clamp(thickness / least_thickness, 1, omp_get_max_threads());
+#pragma omp parallel for num_threads(bands) if (bands > 1)
+  for (int band = 0; band < bands; ++band) {
+    std::array<int, 3> from = first;
+    std::array<int, 3> to = last;
+    from[across] = first[across] + band * thickness / bands;
+    to[across] = first[across] + (band + 1) * thickness / bands - 1;
+    Arrivals arrivals(from, to);
+    add_cells(arrivals, picture, displacement, ranges);
+    const std::size_t begin = warped.values.size() / static_cast<std::size_t>(thickness) *
+                              static_cast<std::size_t>(from[across] - first[across]);
+    std::ranges::transform(
+        arrivals.sum, arrivals.count, warped.values.begin() + static_cast<std::ptrdiff_t>(begin),
+        [](double sum, int count) { return count > 0 ? static_cast<float>(sum / count) : 0.0F; });
+  }
   return warped;
 }
 

@@ -62,10 +62,10 @@ unsigned char to_byte(double gray) {
 /// `colour` gives the colour of a site by its index.
 template <typename SiteColour>
 void write_colours(const std::filesystem::path& file, Extent extent, const SiteColour& colour) {
-  std::vector<unsigned char> bytes;
-  bytes.reserve(3 * extent.sites());
+  std::vector<unsigned char> bytes(3 * extent.sites());
+#pragma omp parallel for if (extent.sites() > sites_worth_threads)
   for (std::size_t site = 0; site < extent.sites(); ++site) {
-    std::ranges::transform(colour(site), std::back_inserter(bytes), to_byte);
+    std::ranges::transform(colour(site), &bytes[3 * site], to_byte);
   }
   images::write_pixels(file, geometry_of(file, extent, 3, 1.0, {}), bytes);
 }
