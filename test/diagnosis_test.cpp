@@ -58,7 +58,20 @@ TEST(BeforeTheRun, WarnsFromTheseThresholdsOn) {
     scene.full.confidence[0][1] = 0.01F;
     scene.full.confidence[1][1] = 0.01F;
   };
+  const auto aim = [](float confidence) {
+    return [confidence](Scene& scene) {
+      scene.full.target[1][7] = -0.5F;
+      scene.full.confidence[1][7] = confidence;
+    };
+  };
   const Case cases[] = {
+      {"nothing-moves", some, plain_scene({5, 4}), hold},
+      {"nothing-moves", some, plain_scene({5, 4}), aim(0.0F)},
+      {"nothing-moves", 0, plain_scene({5, 4}), aim(0.01F)},
+      {"nothing-moves", 0, plain_scene({5, 4}),
+       [](Scene& scene) { scene.full.force = VectorField(scene.extent(), 1.0F); }},
+      {"nothing-moves", 0, plain_scene({5, 4}),
+       [](Scene& scene) { scene.start = VectorField(scene.extent(), 1.0F); }},
       {"undetermined", 20, plain_scene({5, 4}), [](Scene&) {}},
       {"undetermined", 0, plain_scene({5, 4}), hold},
       {"undetermined", 3, plain_scene({1, 4}), hold}, // nothing connects x

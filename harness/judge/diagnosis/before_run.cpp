@@ -4,6 +4,7 @@
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
 #include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/elastic/wall_hold.hpp"
 #include "kernels/data/modulus.hpp"
 
@@ -21,6 +22,23 @@ using namespace diagnosis;
 using namespace fmt::literals;
 
 namespace {
+
+/// Who forgets what moves the tissue would get a field of zeros that nothing speaks against.
+void check_what_moves(const Scene& scene, Warnings& warnings) {
+  const Level& full = scene.full;
+  const bool is_observed = has_springs_by_direction(full); // whatever confidences say
+  bool is_moved = has_forces(full);
+  for (std::size_t axis = 0; axis < full.extent.axes() && !is_moved; ++axis) {
+    for (std::size_t site = 0; site < full.extent.sites() && !is_moved; ++site) {
+      is_moved = full.target[axis][site] != 0.0F && (is_observed || full.confidence[axis][site] > 0.0F);
+    }
+    is_moved = is_moved || (scene.start && std::ranges::any_of((*scene.start)[axis],
+                                                               [](float value) { return value != 0.0F; }));
+  }
+  if (!is_moved) {
+    warn(warnings, "nothing-moves", std::nullopt);
+  }
+}
 
 void check_undetermined(const Scene& scene, const Component& component, Warnings& warnings) {
   const Undetermined found = find_undetermined(component.thickness, component.confidence);
@@ -282,6 +300,7 @@ void check_resampling(const Scene& scene, Warnings& warnings) {
 Warnings diagnose(const Scene& scene) {
   Warnings warnings;
   check_resampling(scene, warnings);
+  check_what_moves(scene, warnings);
   for (const std::string& what : scene.idle) {
     warn(warnings, "idle", std::nullopt, "what"_a = what);
   }
