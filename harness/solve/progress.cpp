@@ -74,7 +74,8 @@ void Progress::show() {
   const auto seconds_since = [&](Time time) { return std::chrono::duration<double>(now - time).count(); };
   constexpr double telling_fraction = 0.01; // of the work, from which on a rate means something
   std::string line;
-  if (total_ > 0.0 && fraction() >= telling_fraction) {
+  constexpr double nearly_whole = 0.995; // printed as 100 %: what comes is not counted
+  if (total_ > 0.0 && fraction() >= telling_fraction && fraction() < nearly_whole) {
     constexpr int width = 20;
     const int full = static_cast<int>(fraction() * width);
     line = terminal_ ? fmt::format("[{:#>{}}{:.>{}}] ", "", full, "", width - full) : "";
