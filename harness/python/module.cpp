@@ -46,6 +46,7 @@ precision   of targets, in place of confidence: the inverse of each one's covari
             and a symmetric matrix; in a direction with 0 nothing is known
 force       N/mm^3 on the tissue: the shape of labels and 2 or 3 components; moduli are absolute then
 fibre       directions of fibres in tissues with a fibre_modulus, as force; 0: a pixel without
+normals     directions across the walls that conditions with slide are, as force; 0: those of the labels
 conditions  [{"where": "left", "dx": -5.0}, ...] as [[condition]] has them; None: the border is held
 energy, method, iterations, poisson, accuracy, within, backend, device, threads
             as the options of `hdmbench run`: accuracy=0.1 or "0.1px" is pixels, "0.1mm" millimetres
@@ -67,15 +68,15 @@ std::unique_ptr<Result> solve_scene(py::object labels, py::object tissues, py::o
                                     py::object targets, py::object confidence, py::object modulus,
                                     py::object spacing, py::object affine, py::object scene, py::object size,
                                     py::object conditions, py::object precision, py::object force,
-                                    py::object fibre, const py::object& energy, const py::object& method,
-                                    const py::object& iterations, const py::object& poisson,
-                                    const py::object& accuracy, const py::object& within,
-                                    const std::string& backend, const std::string& device, int threads,
-                                    bool differentiable) {
+                                    py::object fibre, py::object normals, const py::object& energy,
+                                    const py::object& method, const py::object& iterations,
+                                    const py::object& poisson, const py::object& accuracy,
+                                    const py::object& within, const std::string& backend,
+                                    const std::string& device, int threads, bool differentiable) {
   const SceneToLoad to_load = scene_to_load(
       {std::move(labels), std::move(tissues), std::move(points), std::move(targets), std::move(confidence),
        std::move(modulus), std::move(spacing), std::move(affine), std::move(scene), std::move(size),
-       std::move(conditions), std::move(precision), std::move(force), std::move(fibre)});
+       std::move(conditions), std::move(precision), std::move(force), std::move(fibre), std::move(normals)});
   Asked asked{.schedule = schedule_of(energy, method, iterations, poisson),
               .accuracy = words_of(accuracy),
               .within = words_of(within),
@@ -353,10 +354,10 @@ PYBIND11_MODULE(_hdmbench, module) {
              py::arg("modulus") = none, py::arg("spacing") = none, py::arg("affine") = none, py::kw_only(),
              py::arg("scene") = none, py::arg("size") = none, py::arg("conditions") = none,
              py::arg("precision") = none, py::arg("force") = none, py::arg("fibre") = none,
-             py::arg("energy") = none, py::arg("method") = none, py::arg("iterations") = none,
-             py::arg("poisson") = none, py::arg("accuracy") = none, py::arg("within") = none,
-             py::arg("backend") = "openmp", py::arg("device") = "", py::arg("threads") = 0,
-             py::arg("differentiable") = false);
+             py::arg("normals") = none, py::arg("energy") = none, py::arg("method") = none,
+             py::arg("iterations") = none, py::arg("poisson") = none, py::arg("accuracy") = none,
+             py::arg("within") = none, py::arg("backend") = "openmp", py::arg("device") = "",
+             py::arg("threads") = 0, py::arg("differentiable") = false);
   module.def(
       "backends", list_backends,
       "All backends, as `hdmbench devices` lists them: dictionaries with backend, description, available,\n"

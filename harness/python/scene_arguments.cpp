@@ -126,7 +126,8 @@ SceneToLoad load_of_file(const SceneArguments& given, SceneOptions options) {
   refuse({{"confidence", &given.confidence},
           {"precision", &given.precision},
           {"force", &given.force},
-          {"fibre", &given.fibre}},
+          {"fibre", &given.fibre},
+          {"normals", &given.normals}},
          "the scene's files say it");
   add_points(given, with_targets, Space::lps, options);
   const std::string name = path_of(has_scene ? given.scene : given.labels);
@@ -166,7 +167,8 @@ SceneToLoad load_of_arrays(const SceneArguments& given, SceneOptions options) {
   if (!given.precision.is_none()) {
     in_memory->images.emplace("precision", matrices_of(image, "precision", given.precision));
   }
-  for (const auto& [name, vectors] : {std::pair{"force", &given.force}, {"fibre", &given.fibre}}) {
+  for (const auto& [name, vectors] :
+       {std::pair{"force", &given.force}, {"fibre", &given.fibre}, {"normals", &given.normals}}) {
     if (!vectors->is_none()) {
       in_memory->images.emplace(name, vectors_of(image, name, *vectors, true));
     }

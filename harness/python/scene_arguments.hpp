@@ -16,6 +16,7 @@ struct SceneArguments {
   py::object precision = py::none();
   py::object force = py::none();
   py::object fibre = py::none();
+  py::object normals = py::none();
 };
 
 /// What they come to. The scene is loaded later, without the GIL.

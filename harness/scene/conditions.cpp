@@ -124,7 +124,7 @@ void mark_beyond(std::size_t site, Level& level, std::vector<bool>& named) {
 
 /// Makes walls of what is marked and was not replaced by a later condition, not even in a component. `named`
 /// is all that was ever marked.
-void set_marked_walls(const std::vector<bool>& named, const std::array<double, 3>& step, Level& level) {
+void set_marked_walls(const std::vector<bool>& named, const Content& content, Level& level) {
   std::vector<bool> beyond(level.extent.sites(), true);
   for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
     for (std::size_t site = 0; site < beyond.size(); ++site) {
@@ -132,7 +132,7 @@ void set_marked_walls(const std::vector<bool>& named, const std::array<double, 3
     }
     std::ranges::replace(level.confidence[axis], beyond_a_wall, 0.0F);
   }
-  set_wall(beyond, named, step, level);
+  set_wall(beyond, named, content.placement.aspect, level, content.normals);
 }
 
 void set(const Condition& condition, std::size_t site, const Components& displacement, Level& level) {
@@ -360,7 +360,9 @@ std::vector<std::string> apply_conditions(TomlReader& scene, const Content& cont
     (void)carry_conditions({std::move(file.target), std::move(file.confidence), at}, may_be_springs, level);
   }
   if (!named.empty()) {
-    set_marked_walls(named, content.placement.aspect, level);
+    set_marked_walls(named, content, level);
+  } else if (!content.normals[0].empty() && when == When::now) {
+    scene.fail("image", "has normals, and no [[condition]] slides, whose wall they would be of");
   }
   return idle;
 }

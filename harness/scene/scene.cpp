@@ -189,6 +189,7 @@ void read_conditions(TomlReader& reader, const SceneText& file, const SceneOptio
   scene.before = take_out(reader, content, energy, options.law, scene.full);
   scene.idle = apply_conditions(reader, content, scene.energy->is_of_cells(), scene.full);
   std::ranges::move(content.idle, std::back_inserter(scene.idle));
+  scene.has_own_normals = !content.normals[0].empty();
   apply_points(reader, file.folder, options, content, scene);
   if (content.precision) {
     scene.observed = add_precision(std::move(*content.precision), scene.full);

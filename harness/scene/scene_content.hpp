@@ -50,6 +50,7 @@ struct Content {
   VectorField force{};                  ///< of [image], as Level has it; empty: there is none
   VectorField fibre{};            ///< of [image], along its axes, of length 1 or 0; empty: there is none
   std::map<int, Fibres> fibres{}; ///< of labels that have such
+  VectorField normals{}; ///< of walls, of [image], along its axes, of length 1 or 0; empty: there is none
 };
 
 /// A scene file that is shipped or on the disk, or what is in memory in place of one.

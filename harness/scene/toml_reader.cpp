@@ -102,6 +102,7 @@ const std::array keys_but_laws{
     Key{"image", "precision", of_elastic},
     Key{"image", "force", of_elastic},
     Key{"image", "fibre", of_elastic},
+    Key{"image", "normals", of_elastic},
     Key{"image", "start", of_hdm},
     Key{"brain", "file"},
     Key{"brain", "head"},

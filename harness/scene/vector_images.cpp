@@ -115,6 +115,17 @@ public:
     return fibre;
   }
 
+  /// Directions as those of fibres.
+  VectorField normals(Extent sites) {
+    require_own_pixels("normals", sites);
+    VectorField normals = read("normals", true, {}, read_normals);
+    require(image_, "normals", normals, [](float value) {
+      return std::isfinite(value) ? nullptr
+                                  : "must be finite; 0 is a pixel whose normal is that of the labels";
+    });
+    return normals;
+  }
+
   VectorField start() {
     VectorField start = read("start", false, {}, read_vector);
     require(image_, "start", start,
@@ -165,7 +176,7 @@ void read_vector_images(TomlReader& image, const SceneText& file, std::optional<
                         Content& content, Scene& scene) {
   VectorImages images(image, file, size, content);
   const bool is_of_cells = scene.energy->is_of_cells();
-  for (const std::string_view key : {"deviation", "precision", "force", "fibre"}) {
+  for (const std::string_view key : {"deviation", "precision", "force", "fibre", "normals"}) {
     image.refuse_unless(is_of_cells, key);
   }
   image.refuse_unless(!is_of_cells, "start");
@@ -183,6 +194,9 @@ void read_vector_images(TomlReader& image, const SceneText& file, std::optional<
   }
   if (image.has("fibre")) {
     content.fibre = images.fibre(scene.extent());
+  }
+  if (image.has("normals")) {
+    content.normals = images.normals(scene.extent());
   }
   if (image.has("start")) {
     scene.start = images.start();

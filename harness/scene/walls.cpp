@@ -320,13 +320,20 @@ std::vector<bool> with_bumps(const std::vector<bool>& solid, const Level& level)
 }
 
 void set_wall(const std::vector<bool>& solid, const std::vector<bool>& shape,
-              const std::array<double, 3>& step, Level& level) {
+              const std::array<double, 3>& step, Level& level, const VectorField& normals) {
   const Extent extent = level.extent;
   const std::size_t axes = extent.axes();
   const std::vector<bool> beyond = with_bumps(solid, level);
   level.walls.resize(axes * (axes + 1) / 2, std::vector<float>(extent.sites()));
   level.has_walls = true;
   const Surroundings around(beyond, shape, extent, step);
+  const auto known = [&](std::size_t site) {
+    Direction normal{};
+    for (std::size_t axis = 0; axis < axes && !normals[0].empty(); ++axis) {
+      normal[axis] = double{normals[axis][site]};
+    }
+    return unit(normal);
+  };
   const auto set_site = [&](int x, int y, int z) {
     const std::size_t site = extent.index(x, y, z);
     if (beyond[site]) {
@@ -338,7 +345,8 @@ void set_wall(const std::vector<bool>& solid, const std::vector<bool>& shape,
       }
     } else if (level.modulus.values[site] > 0.0F && !is_prescribed(level, site) &&
                around.is_beside({x, y, z}, false)) {
-      const Direction normal = around.normal({x, y, z});
+      Direction normal = known(site);
+      normal = normal == Direction{} ? around.normal({x, y, z}) : normal;
       const bool is_between = normal == Direction{}; // of two walls: then it is held
       for (std::size_t a = 0; a < axes; ++a) {
         for (std::size_t b = a; b < axes; ++b) {

@@ -16,10 +16,11 @@ namespace hdmbench {
 /// beside them slide along it, held by springs along its normal alone (stiffness_of_walls). Those that
 /// share no cell with tissue are held where they are, so that what a wall is made of stays. `shape` is what
 /// normals are of: all that is solid, and its openings, so that a wall does not turn at their rims. Both
-/// have one for each site; `step` is the way from a site to the next along each axis, pixels. No effect where
-/// nothing is solid.
+/// have one for each site; `step` is the way from a site to the next along each axis, pixels. `normals` has
+/// those that are known better, of any length, 0 where none is; empty: nowhere. No effect where nothing is
+/// solid.
 void set_wall(const std::vector<bool>& solid, const std::vector<bool>& shape,
-              const std::array<double, 3>& step, Level& level);
+              const std::array<double, 3>& step, Level& level, const VectorField& normals = {});
 
 /// Moves the targets of all sites that slide as set_rest_on_wall() does; after all else is said of them.
 void set_rest_on_walls(Level& level);

@@ -255,6 +255,23 @@ class InSpace(InFolder):
             np.testing.assert_allclose(of_array, of_tissue, rtol=0, atol=2e-5)
             self.assertGreater(np.abs(of_array - solved({})).max(), 0.01)
 
+    def test_normals_turn_with_the_space(self):
+        """Tissue slides along a wall whose normals are given, here across the outline of its label."""
+        labels = np.ones((12, 10, 9), dtype=int)
+        labels[:, :, :2] = 2
+        conditions = [{"where": "labels", "labels": [2], "slide": True}, {"where": "right", "dx": 1.0, "dy": 0.0}]
+        for affine in self.affines():
+            def solved(normals=None, conditions=conditions):
+                return hdmbench.solve(labels, {1: 3.0, 2: 300.0}, normals=normals, affine=affine, conditions=conditions,
+                                      energy="elastic").displacement[1:-1, 1:-1, 2]
+            axes = affine[:3, :3] / np.linalg.norm(affine[:3, :3], axis=0)
+            normal = axes @ [np.sin(0.4), 0.0, np.cos(0.4)]
+            moved = solved(np.broadcast_to(normal, (*labels.shape, 3)))
+            self.assertLess(np.abs(moved @ normal).max(), 0.02 * np.abs(moved).max())
+            self.assertGreater(np.abs(solved() @ normal).max(), 0.2 * np.abs(moved).max())
+            with self.assertRaisesRegex(ValueError, "has normals, and no .* slides"):
+                solved(np.broadcast_to(normal, (*labels.shape, 3)), None)
+
     def test_image_of_nibabel(self):
         try:
             import nibabel

@@ -96,6 +96,7 @@ def solve(
     precision: ArrayLike | None = None,
     force: ArrayLike | None = None,
     fibre: ArrayLike | None = None,
+    normals: ArrayLike | None = None,
     energy: str | None = None,
     method: str | None = None,
     iterations: int | None = None,

@@ -81,6 +81,9 @@ struct ReadOptions {
 /// their share in its plane. One that is not finite has a component that is none.
 [[nodiscard]] Image<VectorField> read_directions(const std::filesystem::path& file,
                                                  const ReadOptions& options = {});
+/// The same; or of an image of one number a pixel, a distance in any unit, the directions of its gradient.
+[[nodiscard]] Image<VectorField> read_normals(const std::filesystem::path& file,
+                                              const ReadOptions& options = {});
 /// Symmetric matrices, six components, or three of an image: row by row, each from the diagonal on, as NRRD
 /// has them (xx, xy, xz, yy, yz, zz), and so in the result, three components of an image. With a
 /// ReadOptions::physical_side they are over square millimetres, along the axes of the space, and become over

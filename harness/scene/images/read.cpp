@@ -9,7 +9,9 @@
 #include <array>
 #include <cmath>
 #include <functional>
+#include <map>
 #include <numeric>
+#include <set>
 #include <span>
 #include <utility>
 
@@ -74,21 +76,27 @@ void require_possible_place(const std::filesystem::path& file, const images::Geo
 enum class Components {
   scalar,
   vector, ///< 2 or 3
+  normal, ///< the same, or 1: a distance that they are the gradient of
   matrix  ///< symmetric, row by row from the diagonal on: 3 or 6
 };
 
 /// Throws InputError where a pixel of the file cannot be such.
 void require_components(const std::filesystem::path& file, std::size_t found, Components what,
                         bool is_volume) {
-  const std::size_t of_plane = what == Components::scalar ? 1 : what == Components::vector ? 2 : 3;
-  const std::size_t of_space = what == Components::scalar ? 1 : what == Components::vector ? 3 : 6;
-  if (found != of_space && (is_volume || found != of_plane)) {
-    const bool is_one = what == Components::scalar;
+  struct Possible {
+    std::set<std::size_t> of_image;
+    std::set<std::size_t> of_volume;
+  };
+  const std::map<Components, Possible> possible{{Components::scalar, {{1}, {1}}},
+                                                {Components::vector, {{2, 3}, {3}}},
+                                                {Components::normal, {{1, 2, 3}, {1, 3}}},
+                                                {Components::matrix, {{3, 6}, {6}}}};
+  const std::set<std::size_t>& expected =
+      is_volume ? possible.at(what).of_volume : possible.at(what).of_image;
+  if (!expected.contains(found)) {
     throw unreadable(file, fmt::format("it has {} components per {}, {} {} expected", found,
-                                       is_volume ? "voxel" : "pixel",
-                                       is_volume || is_one ? fmt::to_string(of_space)
-                                                           : fmt::format("{} or {}", of_plane, of_space),
-                                       is_one ? "is" : "are"));
+                                       is_volume ? "voxel" : "pixel", fmt::join(expected, " or "),
+                                       expected == std::set<std::size_t>{1} ? "is" : "are"));
   }
 }
 
@@ -310,21 +318,54 @@ Image<VectorField> along_axes(const Image<std::vector<ScalarField>>& image, doub
   return result;
 }
 
-} // namespace
-
-Image<VectorField> read_directions(const std::filesystem::path& file, const ReadOptions& options) {
-  auto image = read_fitted(file, options, Components::vector);
+/// Makes vectors of length 1 in the space of what lies there, along the image's axes; 0 stays 0.
+Image<VectorField> directions_of(Image<std::vector<ScalarField>> image) {
   for (std::size_t site = 0; site < image.pixels[0].values.size(); ++site) {
-    double square = 0.0;
+    double squared = 0.0;
     for (const ScalarField& component : image.pixels) {
-      square += double{component.values[site]} * double{component.values[site]};
+      squared += double{component.values[site]} * double{component.values[site]};
     }
     for (ScalarField& component : image.pixels) {
       float& value = component.values[site];
-      value = square == 0.0 ? 0.0F : static_cast<float>(double{value} / std::sqrt(square));
+      value = squared == 0.0 ? 0.0F : static_cast<float>(double{value} / std::sqrt(squared));
     }
   }
   return along_axes(image, 1.0);
+}
+
+/// Returns the direction in which a distance grows, along the image's axes, of length 1; 0 where it is level.
+Image<VectorField> gradient_of(const Image<std::vector<ScalarField>>& distance) {
+  const ScalarField& values = distance.pixels.front();
+  const Extent extent = values.extent;
+  Image<VectorField> result = with_pixels(distance, VectorField(extent));
+  for_each_site(extent, [&](int x, int y, int z) {
+    std::array<double, 3> way{};
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      std::array<int, 3> before{x, y, z};
+      std::array<int, 3> after = before;
+      before[axis] = std::max(before[axis] - 1, 0);
+      after[axis] = std::min(after[axis] + 1, extent.sides()[axis] - 1);
+      way[axis] = (double{values.values[extent.index(after[0], after[1], after[2])]} -
+                   double{values.values[extent.index(before[0], before[1], before[2])]}) /
+                  (std::max(after[axis] - before[axis], 1) * distance.grid.sides[axis]);
+    }
+    const double length = std::hypot(way[0], way[1], way[2]);
+    for (std::size_t axis = 0; axis < extent.axes() && length != 0.0; ++axis) {
+      result.pixels[axis][extent.index(x, y, z)] = static_cast<float>(way[axis] / length);
+    }
+  });
+  return result;
+}
+
+} // namespace
+
+Image<VectorField> read_directions(const std::filesystem::path& file, const ReadOptions& options) {
+  return directions_of(read_fitted(file, options, Components::vector));
+}
+
+Image<VectorField> read_normals(const std::filesystem::path& file, const ReadOptions& options) {
+  auto image = read_fitted(file, options, Components::normal);
+  return image.pixels.size() == 1 ? gradient_of(image) : directions_of(std::move(image));
 }
 
 Image<VectorField> read_vector(const std::filesystem::path& file, const ReadOptions& options) {

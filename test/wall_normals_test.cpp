@@ -1,0 +1,208 @@
+// Normals of walls that an image gives, in place of those of the labels' pixels.
+
+#include "harness/judge/diagnosis/diagnosis.hpp"
+#include "harness/scene/sites.hpp"
+#include "harness/solve/methods/solver.hpp"
+#include "kernels/data/elastic/springs.hpp"
+#include "test/files.hpp"
+#include "test/scenes.hpp"
+#include "test/sessions.hpp"
+
+namespace hdmbench {
+namespace {
+
+using Direction = std::array<double, 3>;
+
+/// A disc or a ball of tissue in the middle of label 2, which it slides in.
+class RoundHole {
+public:
+  RoundHole(Extent extent, const Placement& placement, double radius)
+      : extent_(extent), placement_(placement), radius_(radius) {
+    LabelField labels{extent, std::vector<int>(extent.sites())};
+    for_each_site(extent, [&](int x, int y, int z) {
+      labels.values[extent.index(x, y, z)] = length(from_middle(x, y, z)) > radius ? 2 : 1;
+    });
+    write_labels(folder_.path() / "labels.nrrd", labels, 1.0, placement);
+  }
+
+  /// Returns the way from the middle to a site along the image's axes, shortest sides of a pixel.
+  [[nodiscard]] Direction from_middle(int x, int y, int z) const {
+    const std::array<int, 3> place{x, y, z};
+    Direction way{};
+    for (std::size_t axis = 0; axis < extent_.axes(); ++axis) {
+      way[axis] = placement_.aspect[axis] * (place[axis] - 0.5 * (extent_.sides()[axis] - 1));
+    }
+    return way;
+  }
+  [[nodiscard]] static double length(const Direction& way) { return std::hypot(way[0], way[1], way[2]); }
+
+  /// Writes an image of the directions from the middle, along the axes of the space and of any length; 0
+  /// where `is_unknown(x)`.
+  template <typename IsUnknown>
+  void write_directions(const IsUnknown& is_unknown) const {
+    VectorField directions(extent_);
+    for_each_site(extent_, [&](int x, int y, int z) {
+      const Direction way = from_middle(x, y, z);
+      const Placement::Vector in_space = placement_.vector(way[0], way[1], way[2]);
+      for (std::size_t axis = 0; axis < extent_.axes() && !is_unknown(x); ++axis) {
+        directions[axis][extent_.index(x, y, z)] = static_cast<float>(-3.0 * in_space[axis]);
+      }
+    });
+    write_vector(folder_.path() / "normals.nrrd", directions, 1.0, placement_);
+  }
+  /// Writes an image of the distance to the wall, in another unit.
+  void write_distance() const {
+    ScalarField distance(extent_);
+    for_each_site(extent_, [&](int x, int y, int z) {
+      distance.values[extent_.index(x, y, z)] =
+          static_cast<float>(25.4 * (radius_ - length(from_middle(x, y, z))));
+    });
+    write_scalar(folder_.path() / "normals.nrrd", distance, 1.0, placement_);
+  }
+
+  /// `of_image`: more lines of [image].
+  [[nodiscard]] Scene scene(const std::string& of_image, const SceneOptions& options = {},
+                            const std::string& conditions = slides,
+                            const std::string& energy = "elastic") const {
+    return load_scene(folder_
+                          .write("scene.toml", "energy = \"" + energy +
+                                                   "\"\n[[tissue]]\nlabel = 1\nmodulus = 3.0\n"
+                                                   "[[tissue]]\nlabel = 2\nmodulus = 300.0\n" +
+                                                   conditions + "[image]\nlabels = \"labels.nrrd\"\n" +
+                                                   of_image)
+                          .string(),
+                      options);
+  }
+
+  static constexpr const char* slides = "[[condition]]\nwhere = \"labels\"\nlabels = [2]\nslide = true\n";
+
+private:
+  test::TemporaryFolder folder_;
+  Extent extent_;
+  Placement placement_;
+  double radius_;
+};
+
+constexpr const char* normals = "normals = \"normals.nrrd\"\n";
+
+/// The axes of a turned image of long pixels.
+Placement oblique(const Direction& aspect) {
+  const double c = std::cos(0.5);
+  const double s = std::sin(0.5);
+  return {
+      .origin = {3.0, -4.0, 5.0}, .axes = {{{c, s, 0.0}, {-s, c, 0.0}, {0.0, 0.0, 1.0}}}, .aspect = aspect};
+}
+
+/// How far the normals of walls are from those of the round hole at most, as the sine of the angle.
+double most_off(const RoundHole& hole, const Level& level) {
+  double most = 0.0;
+  for_each_site(level.extent, [&](int x, int y, int z) {
+    const std::size_t site = level.extent.index(x, y, z);
+    if (!is_on_wall(level, site)) {
+      return;
+    }
+    const Direction way = hole.from_middle(x, y, z);
+    double along = 0.0; // the square of the cosine, times the length of the way
+    for (std::size_t a = 0; a < level.extent.axes(); ++a) {
+      for (std::size_t b = 0; b < level.extent.axes(); ++b) {
+        along +=
+            way[a] * way[b] *
+            double{level.walls[symmetric_entry(level.extent.axes(), std::min(a, b), std::max(a, b))][site]} /
+            double{stiffness_of_walls};
+      }
+    }
+    const double length = RoundHole::length(way);
+    most = std::max(most, std::sqrt(std::max(0.0, 1.0 - along / (length * length))));
+  });
+  return most;
+}
+
+TEST(WallNormals, AreThoseOfAnImageThatHasThem) {
+  for (const auto& [extent, placement] : {std::pair{Extent{61, 57}, Placement{}},
+                                          {Extent{61, 41}, Placement{.aspect = {1.0, 1.5, 1.0}}},
+                                          {Extent{31, 33, 29}, oblique({1.0, 1.0, 1.0})},
+                                          {Extent{31, 33, 19}, oblique({1.0, 1.0, 1.6})}}) {
+    const RoundHole hole(extent, placement, extent.axes() == 3 ? 12.3 : 24.3);
+    const Level of_labels = hole.scene("").full;
+    EXPECT_GT(most_off(hole, of_labels), 2.5e-3) << "those of pixels would do";
+    hole.write_directions([](int) { return false; });
+    EXPECT_LT(most_off(hole, hole.scene(normals).full), 1e-3) << extent.text(); // roots of roundings
+    hole.write_distance();
+    EXPECT_LT(most_off(hole, hole.scene(normals).full), 3e-3)
+        << extent.text(); // of differences, second order
+    hole.write_directions([&](int x) { return 2 * x < extent.width; });
+    const Level half = hole.scene(normals).full;
+    for_each_site(extent, [&](int x, int y, int z) {
+      const std::size_t site = extent.index(x, y, z);
+      for (std::size_t entry = 0; 2 * x < extent.width && entry < half.walls.size(); ++entry) {
+        ASSERT_EQ(half.walls[entry][site], of_labels.walls[entry][site]) << extent.place(site);
+      }
+    });
+    EXPECT_LT(most_off(hole, half), most_off(hole, of_labels) + 1e-9);
+  }
+}
+
+class WallNormalsOfADisc : public testing::TestWithParam<double> {};
+
+/// A disc that its hub turns in a round hole comes short by what normals of pixels err, and by what springs
+/// of walls give way.
+TEST_P(WallNormalsOfADisc, ThatAreExactLetItTurn) {
+  const Extent extent{65, 65};
+  const double radius = GetParam();
+  const RoundHole hole(extent, {}, radius);
+  hole.write_directions([](int) { return false; });
+  std::array<double, 2> off{};
+  for (const bool is_exact : {false, true}) {
+    Scene scene = hole.scene(is_exact ? normals : "");
+    for_each_site(extent, [&](int x, int y) {
+      const Direction way = hole.from_middle(x, y, 0);
+      if (RoundHole::length(way) < 8.0) {
+        for (std::size_t axis = 0; axis < 2; ++axis) {
+          scene.full.target[axis][extent.index(x, y)] =
+              static_cast<float>(axis == 0 ? -0.02 * way[1] : 0.02 * way[0]);
+          scene.full.confidence[axis][extent.index(x, y)] = 1.0F;
+        }
+      }
+    });
+    scene.schedule.method = "conjugate-gradients";
+    scene.schedule.iterations = 60;
+    const VectorField field =
+        Solver(test::find("openmp"), {.device = {}, .threads = 2}).solve(scene, test::silent()).displacement;
+    double& most = off[is_exact ? 1 : 0];
+    for_each_site(extent, [&](int x, int y) {
+      const std::size_t site = extent.index(x, y);
+      const Direction way = hole.from_middle(x, y, 0);
+      if (scene.full.modulus.values[site] >= void_modulus(scene.full)) {
+        most = std::max(
+            most, std::hypot(double{field[0][site]} + 0.02 * way[1], double{field[1][site]} - 0.02 * way[0]));
+      }
+    });
+  }
+  fmt::print("radius {}: {:.2g} px off by normals of pixels, {:.2g} by exact ones\n", radius, off[0], off[1]);
+  EXPECT_GT(off[0], 0.004);
+  EXPECT_LT(off[1], 0.0002);
+}
+
+INSTANTIATE_TEST_SUITE_P(Radius, WallNormalsOfADisc, testing::Values(25.7, 26.0, 26.3));
+
+TEST(WallNormals, AreRefusedWhereTheyCannotBe) {
+  const RoundHole hole({31, 33}, {}, 12.3);
+  hole.write_distance();
+  expect_refusal(
+      [&] { (void)hole.scene(normals, {}, "[[condition]]\nwhere = \"border\"\ndx = 0\ndy = 0\n"); },
+      "has normals, and no [[condition]] slides");
+  expect_refusal([&] { (void)hole.scene(normals, {}, RoundHole::slides, "hdm"); },
+                 "it belongs to energy = \"elastic\"");
+  expect_refusal(
+      [&] {
+        (void)hole.scene(normals, {.size = Extent{62, 66}});
+      },
+      "normals takes the file's own pixels");
+  const RoundHole of_bad_numbers({31, 33}, {}, std::numeric_limits<double>::quiet_NaN());
+  of_bad_numbers.write_distance();
+  expect_refusal([&] { (void)of_bad_numbers.scene(normals, {}, RoundHole::slides); },
+                 "normals must be finite");
+}
+
+} // namespace
+} // namespace hdmbench
