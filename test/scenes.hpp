@@ -3,12 +3,15 @@
 #include "harness/check/verify.hpp"
 #include "harness/scene/scene.hpp"
 #include "harness/scene/sites.hpp"
+#include "harness/scene/walls.hpp"
 #include "kernels/data/elastic/conditions.hpp"
+#include "kernels/data/elastic/springs.hpp"
 #include "test/sessions.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstdint>
+#include <functional>
 #include <vector>
 
 /// Scenes that several suites take.
@@ -46,6 +49,23 @@ inline Scene pulled_scene(Extent extent, float dx) {
     }
   });
   return scene;
+}
+
+/// A body of the image's sites within a shape, which is told ways from the middle, shortest sides of a pixel;
+/// on its outline it slides.
+inline Level body_in_a_wall(Extent extent, const std::function<bool(const std::array<double, 3>&)>& is_body,
+                            const std::array<double, 3>& step = {1.0, 1.0, 1.0}) {
+  Level level = plain_level(extent, 1.0F);
+  level.sides = step;
+  std::vector<bool> beyond(extent.sites());
+  for_each_site(extent, [&](int x, int y, int z) {
+    beyond[extent.index(x, y, z)] =
+        !is_body({step[0] * (x - 0.5 * (extent.width - 1)), step[1] * (y - 0.5 * (extent.height - 1)),
+                  step[2] * (z - 0.5 * (extent.depth - 1))});
+  });
+  set_wall(beyond, beyond, step, level);
+  std::ranges::replace(level.modulus.values, 0.0F, 0.5F * void_share);
+  return level;
 }
 
 /// One byte for each site: 1 where it is not void.

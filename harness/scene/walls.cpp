@@ -14,7 +14,7 @@ namespace hdmbench {
 namespace {
 
 /// How far around a site its normal looks, pixels: far enough to see a slope in stairs of pixels, as normals
-/// that are off hold what slides. Walls.NormalsOfPixelsAreThoseOfTheOutline measures by how much.
+/// that are off hold what slides. WallNormals.OfPixelsAreThoseOfTheOutline measures by how much.
 constexpr double reach_of_normals = 9.0;
 /// It must not see around a small or thin body: so many times its thickness() are four fifths of the radius
 /// of a ball.

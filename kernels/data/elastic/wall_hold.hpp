@@ -34,11 +34,11 @@ private:
 };
 
 /// How much normals of pixels err, degrees: the root mean square over an outline is up to 1.7
-/// (Walls.WhatTheirNormalsAloneHoldIsRefused, Walls.NormalsOfPixelsAreThoseOfTheOutline).
+/// (WallNormals.WhatTheyAloneHoldIsRefused, WallNormals.OfPixelsAreThoseOfTheOutline).
 inline constexpr double error_of_normals = 2.0;
 
 /// Returns by how much of its way a motion that walls hold least can be off, as it meets them at an angle of
-/// so many degrees (Walls.ThatAreNearlyRoundTellHowMuchTheirNormalsMatter).
+/// so many degrees (WallNormals.OfNearlyRoundWallsMatterAsMuchAsIsSaid).
 [[nodiscard]] constexpr double largest_share_of_normals(double angle) {
   return error_of_normals / angle;
 }
