@@ -344,7 +344,8 @@ std::vector<std::string> files_of(const Call& call, const Scene& scene, const Sp
 void print_phases(const json& row) {
   fmt::print("\n{}",
              table_text(json::array({row["phases"]}),
-                        "reading_seconds:reading|solution_seconds:solution|setup_seconds:its set-up|"
+                        "reading_seconds:reading|unloading_seconds:what it "
+                        "bore|solution_seconds:solution|setup_seconds:its set-up|"
                         "diagnosis_seconds:diagnosis|pictures_seconds:pictures|transform_seconds:transform|"
                         "writing_seconds:writing|command_seconds:in all"));
 }
@@ -387,7 +388,10 @@ int run_scene(Call& call) {
   progress.describe(fmt::format("prepare {}", call[option::scene]));
   SpreadOfRun how_sure = asked_spread(call);
   Scene scene = load_for(call);
-  json phases{{"reading_seconds", clock.seconds()}};
+  json phases{{"reading_seconds", clock.seconds() - (scene.resected ? scene.resected->seconds : 0.0)}};
+  if (scene.resected) {
+    phases["unloading_seconds"] = scene.resected->seconds;
+  }
   require_same_scenes(call, {&scene, 1});
   const Request request = request_of(call, scene.spacing);
   const auto registry = make_backends();

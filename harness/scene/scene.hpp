@@ -89,6 +89,7 @@ struct ObservationWeight {
 struct Resected {
   std::size_t sites = 0; ///< that are void now
   double sag = 0.0;      ///< how far the loads of before had moved one of them at most, along an axis, pixels
+  double seconds = 0.0;  ///< that it took to find what it bore
 };
 
 /// A problem at full resolution together with the way the thesis solves it.

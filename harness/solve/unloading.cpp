@@ -2,8 +2,10 @@
 
 #include "backends/cpu/cpu.hpp"
 #include "harness/scene/sites.hpp"
+#include "harness/solve/level_parts.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/laws.hpp"
+#include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/hierarchy.hpp"
 #include "kernels/data/elastic/law_forces.hpp"
 #include "kernels/data/elastic/springs.hpp"
@@ -27,6 +29,19 @@ constexpr double share_of_sag = 1e-4;
 constexpr double accuracy_by_laws = 0.2 * usual_law_accuracy;
 constexpr int most_steps_of_sag = 300;
 
+/// Returns how far its loads move the body, linear tissue, pixels.
+VectorField sag_of_linear(const Level& before, const ElasticModel& model, ElasticSession& session) {
+  ElasticSolver solver(before, model, session);
+  SolutionToShare solution = solve_to_share(share_of_sag, most_steps_of_sag, before, solver);
+  if (!solution.is_within) {
+    throw InputError(
+        fmt::format("{} steps of conjugate gradients did not balance its loads; some part of it is "
+                    "hardly held",
+                    most_steps_of_sag));
+  }
+  return std::move(solution.displacement);
+}
+
 /// Returns how far its loads move the body, pixels. Throws InputError where nothing holds it, or its laws
 /// have no answer.
 VectorField sag_of(Level before, const ElasticModel& model) {
@@ -39,15 +54,10 @@ VectorField sag_of(Level before, const ElasticModel& model) {
     }
     return std::move(solution.displacement);
   }
-  ElasticSolver solver(before, model, *session);
-  SolutionToShare solution = solve_to_share(share_of_sag, most_steps_of_sag, before, solver);
-  if (!solution.is_within) {
-    throw InputError(
-        fmt::format("{} steps of conjugate gradients did not balance its loads; some part of it is "
-                    "hardly held",
-                    most_steps_of_sag));
-  }
-  return std::move(solution.displacement);
+  const std::optional<LevelPart> part = moving_part(before);
+  VectorField displacement =
+      with_places_of(before, [&] { return sag_of_linear(part ? part->level : before, model, *session); });
+  return part ? with_prescribed(before, part->sites, displacement) : displacement;
 }
 
 /// Returns that of the scene's body, before anything was taken out of it.
@@ -76,6 +86,7 @@ void unload(Scene& scene, Progress& progress) {
   if (!scene.before) {
     return;
   }
+  const Clock clock;
   const Level before = std::exchange(scene.before, std::nullopt).value();
   progress.describe(fmt::format("{}: what was taken out bore the loads of before", scene.name));
   const VectorField sag = sag_of(scene, before);
@@ -112,6 +123,7 @@ void unload(Scene& scene, Progress& progress) {
       full.force[axis][site] += static_cast<float>(force);
     }
   }
+  report.seconds = clock.seconds();
   scene.resected = report;
 }
 
