@@ -137,7 +137,8 @@ bool LawSolver::begin() {
     load_ = static_cast<double>(part) / parts_of_load;
     meet_conditions();
     if (part < parts_of_load) {
-      iterate(accuracy_of_starts, steps_of_starts);
+      const bool is_whole = has_forces(level_); // no coarser image has loads, and steps of this one take long
+      iterate(accuracy_of_starts, steps_of_starts, is_whole);
     }
   }
   return false;
@@ -147,7 +148,7 @@ void LawSolver::begin(VectorField displacement) {
   meet_conditions();
 }
 
-void LawSolver::iterate(double accuracy, int most) {
+void LawSolver::iterate(double accuracy, int most, bool is_start) {
   why_ = fmt::format("{} steps did not come to an end", most);
   LeftByCycles left(level_, slowest_);
   VectorField correction(level_.extent);
@@ -170,7 +171,8 @@ void LawSolver::iterate(double accuracy, int most) {
     slowest_ = left.slowest();
     say_(left_, left.moved(), least_.share);
     const bool at_rest = left.moved() <= 0.5 * rounding; // what cycles find beyond is noise
-    if (left.is_within(accuracy) || at_rest) { // nobody has looked at what the correction does to cells
+    const bool is_within = is_start ? left_ < accuracy : left.is_within(accuracy);
+    if (is_within || at_rest) { // nobody has looked at what the correction does to cells
       why_.clear();
       return;
     }
