@@ -23,6 +23,7 @@ struct Pulled {
   std::string more{}; ///< lines above all tables
   double way = 2.0;   ///< of each end, pixels
   std::string load{}; ///< a table
+  std::string size = is_volume ? "[14, 12, 13]" : "[41, 37]";
 };
 
 std::string text_of(const Pulled& one) {
@@ -34,9 +35,8 @@ std::string text_of(const Pulled& one) {
       "[[shape]]\nkind = \"{3}\"\nlabel = 2\ncentre = [0.45, 0.5{4}]\nsize = [0.4, 0.5{4}]\n"
       "[[condition]]\nwhere = \"left\"\ndx = {5}\ndy = 0.0\n{6}[[condition]]\nwhere = \"right\"\ndx = {7}\n"
       "dy = 0.0\n{6}{8}",
-      one.more, one.is_volume ? "[14, 12, 13]" : "[41, 37]", one.of_hole,
-      one.is_volume ? "ellipsoid" : "ellipse", third, -one.way, dz, one.way, one.load,
-      one.load.empty() ? "" : "density = 1000\n");
+      one.more, one.size, one.of_hole, one.is_volume ? "ellipsoid" : "ellipse", third, -one.way, dz, one.way,
+      one.load, one.load.empty() ? "" : "density = 1000\n");
 }
 
 Scene scene_of(const test::TemporaryFolder& folder, const Pulled& one) {
@@ -174,6 +174,41 @@ TEST(Void, APartThatNothingHoldsIsRefusedWithItsPlace) {
   } catch (const InputError& error) {
     EXPECT_THAT(error.what(), HasSubstr("no condition holds a part of the tissue"));
     EXPECT_THAT(error.what(), HasSubstr("x = 15 ... 21"));
+  }
+}
+
+/// A few pixels in a hole would else be why there is no answer: they are void, and said to be.
+TEST(Void, SpecksThatNothingHoldsBecomeVoid) {
+  const test::TemporaryFolder folder;
+  for (const bool is_volume : {false, true}) {
+    const std::string size = is_volume ? "[23, 21, 22]" : "[41, 37]";
+    const std::string gravity = fmt::format("[[load]]\ngravity = [0.0, 9.81{}]\n", is_volume ? ", 0.0" : "");
+    const std::string speck =
+        fmt::format("[[shape]]\nkind = \"{}\"\nlabel = 1\ncentre = [0.462, 0.5{}]\nsize = [0.05, 0.05{}]\n",
+                    is_volume ? "box" : "rectangle", is_volume ? ", 0.5" : "", is_volume ? ", 0.05" : "");
+    for (const std::string law : {"spacing = 1.0\n", "spacing = 1.0\nlaw = \"neo-hookean\"\n"}) {
+      const Scene without =
+          scene_of(folder, {.is_volume = is_volume, .more = law, .load = gravity, .size = size});
+      EXPECT_TRUE(without.idle.empty());
+      const Scene scene =
+          scene_of(folder, {.is_volume = is_volume, .more = law, .load = gravity + speck, .size = size});
+      EXPECT_THAT(scene.idle, testing::ElementsAre(HasSubstr("tissue of 1 speck in void, ")));
+      EXPECT_EQ(scene.full.modulus.values, without.full.modulus.values);
+      EXPECT_EQ(scene.full.force.planes, without.full.force.planes);
+      EXPECT_EQ(scene.full.law_parameter.values, without.full.law_parameter.values);
+      EXPECT_NO_THROW(require_held(scene.full));
+    }
+    Level level = scene_of(folder, {.is_volume = is_volume, .size = size}).full;
+    const std::size_t site =
+        level.extent.index(level.extent.width / 2 - 1, level.extent.height / 2, level.extent.depth / 2);
+    ASSERT_LT(level.modulus.values[site], void_modulus(level));
+    level.modulus.values[site] = 3.0F;
+    EXPECT_EQ(loose_specks(level).sites, std::vector{site});
+    level.confidence[1][site] = 0.5F;
+    EXPECT_TRUE(loose_specks(level).sites.empty()) << "a condition knows it";
+    Level alone = test::plain_level({9, 8}, 0.0F);
+    alone.modulus.values[20] = 3.0F;
+    EXPECT_TRUE(loose_specks(alone).sites.empty()) << "there is no other tissue";
   }
 }
 

@@ -64,7 +64,7 @@ std::optional<Level> take_out(TomlReader& scene, const Content& content, const R
   }
   apply_laws(scene, content, energy, law, before);
   (void)apply_fibres(scene, content, before);
-  fill_void(scene, energy, before);
+  (void)fill_void(scene, energy, before);
   set_inverse_modulus(before);
   validate(before);
   for (std::size_t site = 0; site < level.extent.sites(); ++site) {

@@ -200,7 +200,7 @@ void read_conditions(TomlReader& reader, const SceneText& file, const SceneOptio
   apply_laws(reader, content, energy, options.law, scene.full);
   std::ranges::move(apply_fibres(reader, content, scene.full), std::back_inserter(scene.idle));
   if (content.segmented) {
-    fill_void(reader, energy, scene.full);
+    std::ranges::move(fill_void(reader, energy, scene.full), std::back_inserter(scene.idle));
   }
   if (content.segmented && is_inspected(scene.extent())) {
     scene.labels = std::move(content.labels);

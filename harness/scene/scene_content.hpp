@@ -169,9 +169,11 @@ void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Con
                     bool needs_picture);
 
 /// Gives void (modulus 0) so small a modulus that it holds nothing (void_share) and moves on smoothly from
-/// what is around it. `energy` is the one that will be minimised. Fails where that is none of cells, or all
-/// is void.
-void fill_void(TomlReader& scene, const RegisteredEnergy& energy, Level& level);
+/// what is around it. Specks that nothing holds (loose_specks) become void, too: returns, as of Scene::idle,
+/// what became so. `energy` is the one that will be minimised. Fails where that is none of cells, or all is
+/// void.
+[[nodiscard]] std::vector<std::string> fill_void(TomlReader& scene, const RegisteredEnergy& energy,
+                                                 Level& level);
 
 /// Sets level.law and its parameter from the laws of labels and, for all others, of the scene, or `law` in
 /// its place where that is not empty; leaves it empty where all are linear. Fails where laws of two texts

@@ -142,11 +142,49 @@ void assign_tissues(TomlReader& scene, const std::map<int, Tissue>& tissues, Con
   }
 }
 
-void fill_void(TomlReader& scene, const RegisteredEnergy& energy, Level& level) {
+namespace {
+
+/// Makes sites void that have tissue: void weighs nothing, has no fibres, and no wall holds it.
+void make_void(const std::vector<bool>& empty, Level& level) {
+  const auto clear = [&](std::vector<float>& of_sites) {
+    for (std::size_t site = 0; site < of_sites.size(); ++site) {
+      of_sites[site] = empty[site] ? 0.0F : of_sites[site];
+    }
+  };
+  clear(level.modulus.values);
+  std::ranges::for_each(level.force.planes, clear);
+  std::ranges::for_each(level.fibre.planes, clear);
+  std::ranges::for_each(level.springs, clear);
+  std::ranges::for_each(level.walls, clear);
+}
+
+/// Makes specks void that nothing holds: else a single voxel in the air would be why there is no answer.
+/// Returns, as of Scene::idle, what became of them.
+std::vector<std::string> without_specks(Level& level) {
+  const Specks specks = loose_specks(level);
+  if (specks.parts == 0) {
+    return {};
+  }
+  std::vector<bool> empty(level.extent.sites());
+  for (const std::size_t site : specks.sites) {
+    empty[site] = true;
+  }
+  make_void(empty, level);
+  const std::size_t axes = level.extent.axes();
+  return {fmt::format("tissue of {} speck{} in void, {} {}{} in all, which nothing holds and which is void "
+                      "(fewer than {} each)",
+                      specks.parts, specks.parts == 1 ? "" : "s", specks.sites.size(),
+                      axes == 3 ? "voxel" : "pixel", specks.sites.size() == 1 ? "" : "s",
+                      fewest_sites_of_part(axes))};
+}
+
+} // namespace
+
+std::vector<std::string> fill_void(TomlReader& scene, const RegisteredEnergy& energy, Level& level) {
   std::vector<float>& moduli = level.modulus.values;
   const auto is_void = [](float modulus) { return modulus == 0.0F; };
   if (std::ranges::none_of(moduli, is_void)) {
-    return;
+    return {};
   }
   if (!energy.is_of_cells()) {
     scene.fail("tissue", fmt::format("of modulus 0 is void, which the {} energy does not know; give energy = "
@@ -156,19 +194,9 @@ void fill_void(TomlReader& scene, const RegisteredEnergy& energy, Level& level) 
   if (has_laws(level) && level.has_walls) { // then cells with a corner in void carry nothing
     std::vector<bool> empty(moduli.size());
     std::transform(moduli.begin(), moduli.end(), empty.begin(), is_void);
-    empty = with_bumps(empty, level);
-    for (std::size_t site = 0; site < moduli.size(); ++site) {
-      moduli[site] = empty[site] ? 0.0F : moduli[site];
-    }
-    const auto clear = [&](std::vector<float>& of_sites) {
-      for (std::size_t site = 0; site < of_sites.size(); ++site) {
-        of_sites[site] = empty[site] ? 0.0F : of_sites[site];
-      }
-    };
-    std::ranges::for_each(level.force.planes, clear); // void weighs nothing, and no wall holds it
-    std::ranges::for_each(level.springs, clear);
-    std::ranges::for_each(level.walls, clear);
+    make_void(with_bumps(empty, level), level);
   }
+  std::vector<std::string> idle = without_specks(level);
   const float stiffest = std::ranges::max(moduli);
   const float filling = 0.5F * void_share * stiffest;
   if (!(filling > 0.0F && std::isfinite(1.0F / filling))) {
@@ -183,6 +211,7 @@ void fill_void(TomlReader& scene, const RegisteredEnergy& energy, Level& level) 
       }
     }
   }
+  return idle;
 }
 
 void apply_laws(TomlReader& scene, const Content& content, const RegisteredEnergy& energy,

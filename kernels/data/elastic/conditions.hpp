@@ -64,6 +64,19 @@ struct RigidMotion {
 /// Every part that prescribed sites cut off touches two of them and is held.
 void require_held(const Level& level);
 
+/// Parts of the tissue of a few sites each, with void around.
+struct Specks {
+  std::size_t parts = 0;
+  std::vector<std::size_t> sites{}; ///< of all of them
+};
+/// Fewer sites than so many are a speck, three along each axis.
+[[nodiscard]] constexpr int fewest_sites_of_part(std::size_t axes) {
+  return axes == 3 ? 27 : 9;
+}
+/// Returns the specks of a level of which no condition, wall or spring knows anything; none where there is
+/// no other tissue.
+[[nodiscard]] Specks loose_specks(const Level& level);
+
 /// Says which part of the tissue floats (floating_share), in words; empty: none does.
 [[nodiscard]] std::string floating_part(const Level& level);
 

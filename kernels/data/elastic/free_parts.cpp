@@ -57,6 +57,7 @@ public:
       }
     }
   }
+  [[nodiscard]] bool knows_nothing() const { return equations_.empty(); }
   [[nodiscard]] bool is_free() const { return equations_.size() < axes_ * (axes_ + 1) / 2; }
   /// "can move in x", "can turn about x = 3, y = 4"; empty: it is held.
   [[nodiscard]] std::string freedom() const {
@@ -210,13 +211,22 @@ struct Part {
   }
 };
 
-/// Returns the parts of the tissue that softer sites, of less than this modulus, cut off, by their first
-/// sites. Sites next to each other, diagonally too, are one part, and so are those with a single softer one
-/// between them: they share a site of a cell.
-std::map<std::size_t, Part> parts_of(const Level& level, float least) {
+/// Parts of the tissue that softer sites cut off.
+struct TissueParts {
+  std::map<std::size_t, Part> found{}; ///< by their first sites
+  Parts sets;
+
+  /// Returns the part of a site of tissue.
+  [[nodiscard]] const Part& of(std::size_t site) { return found.at(sets.of(site)); }
+};
+
+/// Returns those that sites of less than this modulus cut off. Sites next to each other, diagonally too, are
+/// one part, and so are those with a single softer one between them: they share a site of a cell.
+TissueParts parts_of(const Level& level, float least) {
   const std::vector<float>& modulus = level.modulus.values;
   const Extent extent = level.extent;
-  Parts parts(extent.sites());
+  TissueParts result{.sets = Parts(extent.sites())};
+  Parts& parts = result.sets;
   std::vector<std::uint8_t> in_tissue(extent.sites()); // a site of a cell that is not all void
   const Extent cells{extent.width - 1, extent.height - 1, std::max(extent.depth - 1, 1)};
   for_each_site(cells, [&](int x, int y, int z) {
@@ -232,11 +242,10 @@ std::map<std::size_t, Part> parts_of(const Level& level, float least) {
       }
     }
   });
-  std::map<std::size_t, Part> found;
   for_each_site(extent, [&](int x, int y, int z) {
     const std::size_t at = extent.index(x, y, z);
     if (in_tissue[at] != 0) {
-      Part& part = found[parts.of(at)];
+      Part& part = result.found[parts.of(at)];
       part.hold.add(level, x, y, z, least_holding);
       if (level.has_walls) {
         part.walls.add(level, {x, y, z});
@@ -246,7 +255,7 @@ std::map<std::size_t, Part> parts_of(const Level& level, float least) {
       }
     }
   });
-  return found;
+  return result;
 }
 
 /// Says where softer sites, of less than `share` of the largest modulus, cut off a part of the tissue that no
@@ -258,7 +267,7 @@ std::string free_part(const Level& level, float share) {
     return "";
   }
   const Extent extent = level.extent;
-  for (const auto& [site, part] : parts_of(level, least)) {
+  for (const auto& [site, part] : parts_of(level, least).found) {
     if (const std::string freedom = part.freedom(); !freedom.empty()) {
       std::string where;
       for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
@@ -311,6 +320,27 @@ void require_held(const Level& level) {
   }
 }
 
+Specks loose_specks(const Level& level) {
+  TissueParts parts = parts_of(level, void_modulus(level));
+  const auto is_loose = [&](const Part& part) {
+    return part.tissue < fewest_sites_of_part(level.extent.axes()) && part.hold.knows_nothing();
+  };
+  Specks specks;
+  for (const auto& [first, part] : parts.found) {
+    specks.parts += is_loose(part) ? 1 : 0;
+  }
+  if (specks.parts == 0 || specks.parts == parts.found.size()) {
+    return {};
+  }
+  const float least = void_modulus(level);
+  for (std::size_t site = 0; site < level.extent.sites(); ++site) {
+    if (level.modulus.values[site] >= least && is_loose(parts.of(site))) {
+      specks.sites.push_back(site);
+    }
+  }
+  return specks;
+}
+
 float void_modulus(const Level& level) {
   return void_share * static_cast<float>(modulus_range(level.modulus).stiffest);
 }
@@ -326,7 +356,7 @@ std::string floating_part(const Level& level) {
 double least_angle_to_walls(const Level& level) {
   double least = 90.0;
   if (level.has_walls) {
-    for (const auto& [site, part] : parts_of(level, void_modulus(level))) {
+    for (const auto& [site, part] : parts_of(level, void_modulus(level)).found) {
       least = std::min(least, part.walls.least_angle());
     }
   }
