@@ -344,8 +344,8 @@ std::vector<std::string> files_of(const Call& call, const Scene& scene, const Sp
 void print_phases(const json& row) {
   fmt::print("\n{}",
              table_text(json::array({row["phases"]}),
-                        "reading_seconds:reading|unloading_seconds:what it "
-                        "bore|solution_seconds:solution|setup_seconds:its set-up|"
+                        "reading_seconds:reading|unloading_seconds:unloading|"
+                        "solution_seconds:solution|setup_seconds:its set-up|"
                         "diagnosis_seconds:diagnosis|pictures_seconds:pictures|transform_seconds:transform|"
                         "writing_seconds:writing|command_seconds:in all"));
 }

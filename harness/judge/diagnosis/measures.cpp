@@ -31,9 +31,8 @@ std::vector<Component> components(const Scene& scene) {
     }
     float least = std::numeric_limits<float>::infinity();
     float most = -least;
-#pragma omp parallel for reduction(min                                                                       \
-                                   : least) reduction(max                                                    \
-                                                      : most) if (one.target.size() > sites_worth_threads)
+    const bool is_large = one.target.size() > sites_worth_threads;
+#pragma omp parallel for reduction(min : least) reduction(max : most) if (is_large)
     for (std::size_t i = 0; i < one.target.size(); ++i) {
       if (one.confidence[i] > 0.0F) {
         least = std::min(least, one.target[i]);

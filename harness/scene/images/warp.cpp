@@ -114,10 +114,8 @@ struct Range {
 Range range_of(const std::vector<float>& component) {
   float least = component.front();
   float most = least;
-#pragma omp parallel for simd reduction(min                                                                  \
-                                        : least)                                                             \
-    reduction(max                                                                                            \
-              : most) if (component.size() > sites_worth_threads)
+  const bool is_large = component.size() > sites_worth_threads;
+#pragma omp parallel for simd reduction(min : least) reduction(max : most) if (is_large)
   for (std::size_t site = 0; site < component.size(); ++site) {
     least = std::min(least, component[site]);
     most = std::max(most, component[site]);
