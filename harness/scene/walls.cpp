@@ -281,12 +281,6 @@ private:
   std::size_t seen_ = 0; ///< all before it are not left
 };
 
-/// Parts of fewer cells, three along each axis, are specks: a side of the tissue around does not hold them,
-/// and a hinge of an edge or a corner would let them turn.
-std::size_t least_cells(std::size_t axes) {
-  return axes == 3 ? 27 : 9;
-}
-
 } // namespace
 
 std::vector<bool> with_bumps(const std::vector<bool>& solid, const Level& level) {
@@ -301,7 +295,8 @@ std::vector<bool> with_bumps(const std::vector<bool>& solid, const Level& level)
   Cells cells(solid, extent);
   for (Cells::Part part = cells.next(); !part.empty(); part = cells.next()) {
     largest = std::max(largest, part.size());
-    if (part.size() >= least_cells(extent.axes())) {
+    // A side of the tissue around does not hold fewer cells, and a hinge would let them turn.
+    if (part.size() >= static_cast<std::size_t>(fewest_sites_of_part(extent.axes()))) {
       cells.set_corners(part, stays);
     } else {
       specks.push_back(std::move(part));
