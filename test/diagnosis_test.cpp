@@ -70,6 +70,8 @@ TEST(BeforeTheRun, WarnsFromTheseThresholdsOn) {
       {"nothing-moves", 0, plain_scene({5, 4}), aim(0.01F)},
       {"nothing-moves", 0, plain_scene({5, 4}),
        [](Scene& scene) { scene.full.force = VectorField(scene.extent(), 1.0F); }},
+      {"nothing-moves", some, plain_scene({5, 4}),
+       [](Scene& scene) { scene.full.force = VectorField(scene.extent(), 0.0F); }},
       {"nothing-moves", 0, plain_scene({5, 4}),
        [](Scene& scene) { scene.start = VectorField(scene.extent(), 1.0F); }},
       {"undetermined", 20, plain_scene({5, 4}), [](Scene&) {}},

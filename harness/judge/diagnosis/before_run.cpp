@@ -27,13 +27,15 @@ namespace {
 void check_what_moves(const Scene& scene, Warnings& warnings) {
   const Level& full = scene.full;
   const bool is_observed = has_springs_by_direction(full); // whatever confidences say
-  bool is_moved = has_forces(full);
+  const auto is_set = [](const std::vector<float>& values) {
+    return std::ranges::any_of(values, [](float value) { return value != 0.0F; });
+  };
+  bool is_moved = std::ranges::any_of(full.force.planes, is_set); // loads may weigh nothing
   for (std::size_t axis = 0; axis < full.extent.axes() && !is_moved; ++axis) {
     for (std::size_t site = 0; site < full.extent.sites() && !is_moved; ++site) {
       is_moved = full.target[axis][site] != 0.0F && (is_observed || full.confidence[axis][site] > 0.0F);
     }
-    is_moved = is_moved || (scene.start && std::ranges::any_of((*scene.start)[axis],
-                                                               [](float value) { return value != 0.0F; }));
+    is_moved = is_moved || (scene.start && is_set((*scene.start)[axis]));
   }
   if (!is_moved) {
     warn(warnings, "nothing-moves", std::nullopt);
