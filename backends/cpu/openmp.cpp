@@ -32,8 +32,8 @@ constexpr std::size_t sites_worth_a_thread = 4096;
 /// Sampled levels that take more are not kept for the next solution: bytes.
 constexpr std::size_t sampled_worth_keeping = std::size_t{1} << 26;
 
-/// Site updates between two reports of progress: about 0.2 s on two cores. A site of a volume takes nine
-/// times as long as one of an image.
+/// Site updates between two reports of progress, of images and of volumes, whose sites take several times as
+/// long: at most about half a second on two cores.
 constexpr std::array updates_per_report{4e8, 4.5e7};
 
 /// The rows of every energy.
