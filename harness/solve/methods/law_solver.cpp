@@ -137,8 +137,7 @@ bool LawSolver::begin() {
     load_ = static_cast<double>(part) / parts_of_load;
     meet_conditions();
     if (part < parts_of_load) {
-      const bool is_whole = has_forces(level_); // no coarser image has loads, and steps of this one take long
-      iterate(accuracy_of_starts, steps_of_starts, is_whole);
+      iterate(accuracy_of_starts, steps_of_starts);
     }
   }
   return false;
@@ -148,7 +147,7 @@ void LawSolver::begin(VectorField displacement) {
   meet_conditions();
 }
 
-void LawSolver::iterate(double accuracy, int most, bool is_start) {
+void LawSolver::iterate(double accuracy, int most) {
   why_ = fmt::format("{} steps did not come to an end", most);
   LeftByCycles left(level_, slowest_);
   VectorField correction(level_.extent);
@@ -171,8 +170,7 @@ void LawSolver::iterate(double accuracy, int most, bool is_start) {
     slowest_ = left.slowest();
     say_(left_, left.moved(), least_.share);
     const bool at_rest = left.moved() <= 0.5 * rounding; // what cycles find beyond is noise
-    const bool is_within = is_start ? left_ < accuracy : left.is_within(accuracy);
-    if (is_within || at_rest) { // nobody has looked at what the correction does to cells
+    if (left.is_within(accuracy) || at_rest) { // nobody has looked at what the correction does to cells
       why_.clear();
       return;
     }

@@ -39,9 +39,8 @@ public:
   void expect_slowest(double eigenvalue) { slowest_ = eigenvalue; }
   [[nodiscard]] double slowest() const { return slowest_; }
 
-  /// Steps until what is left is within `accuracy`, pixels, at most so many; with a margin for an estimate
-  /// that is too low, unless what is found is only where others begin.
-  void iterate(double accuracy, int most, bool is_start = false);
+  /// Steps until what is left is within `accuracy`, pixels, at most so many.
+  void iterate(double accuracy, int most);
 
   /// Returns the site around which the body would buckle out of the balance that iterate() has led to
   /// (buckling.hpp), by at most so many steps; none where it was not seen to.
