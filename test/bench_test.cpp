@@ -152,7 +152,7 @@ TEST(Bench, ADeviceThatWasGivenNothingTookNoTime) {
       continue;
     }
     const auto cells = backend->open_elastic({});
-    cells->load(make_elastic_hierarchy(scene.full, scene.elastic));
+    cells->load(ElasticBody{scene.full, scene.elastic});
     (void)cells->device_seconds();
     VectorField read;
     for (int i = 0; i < 4; ++i) {

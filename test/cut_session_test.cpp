@@ -102,9 +102,9 @@ TEST(CutSession, AnElasticBodyThatFitsInNoPiecesIsRefusedWithTheReason) {
   const auto session = backend.open_elastic({});
   const auto cases = test::elastic_cases();
   const auto large = std::ranges::find_if(cases, [](const test::ElasticCase& one) {
-    return one.hierarchy.levels.front().grid.sites == Extent{40, 23};
+    return one.level.extent == Extent{40, 23};
   });
-  EXPECT_THAT(test::refusal<TooLarge>([&] { session->load(large->hierarchy); }),
+  EXPECT_THAT(test::refusal<TooLarge>([&] { session->load(large->body()); }),
               testing::AllOf(testing::HasSubstr("no room for 40 x 23"),
                              testing::HasSubstr("nor do pieces of it fit")));
   EXPECT_GT(refused, 1);

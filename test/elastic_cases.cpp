@@ -95,7 +95,7 @@ ElasticCase elastic_case(Extent extent, Tissue tissue, Held held, double contras
                       extent.width, extent.height, extent.depth, static_cast<int>(tissue),
                       static_cast<int>(held), contrast, seed, poisson, seed % 2,
                       fmt::join(level.sides, " x ")),
-          make_elastic_hierarchy(level, model)};
+          std::move(level), model};
 }
 
 /// Springs that hold one direction more than another, as a registration has them at every site.
@@ -111,9 +111,8 @@ ElasticCase case_of_springs(Extent extent, std::uint64_t seed) {
       }
     }
   }
-  const Level level = elastic_level(extent, Tissue::noise, Held::scattered, 100.0, seed);
   return {fmt::format("springs along random_field({{{}}}, {})", extent.text(", "), seed),
-          make_elastic_hierarchy(level, 0.3, springs)};
+          elastic_level(extent, Tissue::noise, Held::scattered, 100.0, seed), 0.3, std::move(springs)};
 }
 
 } // namespace
@@ -167,27 +166,28 @@ ElasticCase random_elastic_case(std::uint64_t seed) {
 }
 
 std::string elastic_difference(ElasticSession& session, const ElasticCase& one, Order order) {
+  const ElasticHierarchy outline = outline_of(one.level.extent, one.level.sides);
   const auto scalar = make_scalar()->open_elastic({});
   const auto both = [&](const auto& call) {
     call(*scalar);
     call(session);
   };
   both([&](ElasticSession& each) {
-    each.load(one.hierarchy);
+    each.load(one.body());
     std::uint64_t seed = 1;
-    for_each_field(one.hierarchy, [&](int level, ElasticField field) {
-      const Extent sites = one.hierarchy.levels[static_cast<std::size_t>(level)].grid.sites;
+    for_each_field(outline, [&](int level, ElasticField field) {
+      const Extent sites = outline.levels[static_cast<std::size_t>(level)].grid.sites;
       each.write(level, field, random_field(sites, ++seed));
     });
   });
-  const auto operations = operations_of(static_cast<int>(one.hierarchy.levels.size()));
+  const auto operations = operations_of(static_cast<int>(outline.levels.size()));
   std::mt19937_64 engine(7);
   const std::size_t count = order == Order::one_by_one ? operations.size() : 2 * operations.size();
   for (std::size_t i = 0; i < count; ++i) {
     const auto& [name, call] = operations[order == Order::one_by_one ? i : engine() % operations.size()];
     both(call);
     const bool looks = order == Order::one_by_one || i + 1 == count;
-    if (const std::string other = looks ? other_field(session, *scalar, one.hierarchy) : ""; !other.empty()) {
+    if (const std::string other = looks ? other_field(session, *scalar, outline) : ""; !other.empty()) {
       return fmt::format("{}: {} differs after {}", one.name, other, name);
     }
   }

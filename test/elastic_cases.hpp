@@ -3,6 +3,7 @@
 #include "backends/shared/elastic_session.hpp"
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,7 +13,13 @@ namespace hdmbench::test {
 /// Levels on which a session does every step of its methods.
 struct ElasticCase {
   std::string name; ///< says how it is made
-  ElasticHierarchy hierarchy;
+  Level level;
+  ElasticModel model;
+  std::optional<SiteSprings> springs{}; ///< in place of those of the level
+
+  [[nodiscard]] ElasticBody body() const {
+    return {.level = level, .model = model, .site_springs = springs ? &*springs : nullptr};
+  }
 };
 /// Every size with every way to hold it.
 [[nodiscard]] std::vector<ElasticCase> elastic_cases();

@@ -56,7 +56,7 @@ TEST(ElasticLevels, EnergyOfTheImageIsThatOfFiniteElements) {
       for (const std::array<double, 3>& sides : {std::array{1.0, 1.0, 1.0}, {1.5, 1.0, 4.0}}) {
         Level level = elastic_level(extent, Tissue::noise, Held::scattered, 100.0, 3);
         level.sides = {sides[0], sides[1], extent.axes() == 3 ? sides[2] : 1.0};
-        const ElasticHierarchy hierarchy = make_elastic_hierarchy(level, model);
+        const ElasticHierarchy hierarchy = make_elastic_hierarchy({level, model});
         const auto session = test::scalar().open_elastic({});
         session->load(hierarchy);
         const VectorField field = free_field(hierarchy.levels.front(), 5);
@@ -105,7 +105,7 @@ TEST(ElasticLevels, CoarseOnesAreGalerkinProducts) {
       for (const Held held : test::all_held) {
         Level level = elastic_level(extent, Tissue::noise, held, 100.0, 4);
         level.sides = sides_for(model.poisson, extent.axes());
-        const ElasticHierarchy hierarchy = make_elastic_hierarchy(level, model);
+        const ElasticHierarchy hierarchy = make_elastic_hierarchy({level, model});
         const auto session = test::scalar().open_elastic({});
         session->load(hierarchy);
         ASSERT_GT(hierarchy.levels.size(), 3U);
@@ -133,7 +133,7 @@ TEST(ElasticLevels, CoarseOnesAreGalerkinProducts) {
 /// The largest eigenvalue of what a sweep takes the forces of one cell's corners times, which no other cell
 /// holds: a wave grows where it is above 2, and that of a body is not larger than that of its worst cell.
 double stiffest_wave(const Level& cell, const ElasticModel& model) {
-  const ElasticHierarchy hierarchy = make_elastic_hierarchy(cell, model);
+  const ElasticHierarchy hierarchy = make_elastic_hierarchy({cell, model});
   const ElasticLevel& level = hierarchy.levels.front();
   const CellMatrix matrix = cell_matrix(level, level.grid.index(0, 0));
   const auto size = static_cast<Eigen::Index>(matrix.components);

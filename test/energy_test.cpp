@@ -167,7 +167,7 @@ double operations_a_site(const MethodStep& step, std::size_t axes) {
   for (std::size_t corner = 0; corner < std::size_t{1} << axes; ++corner) {
     const auto side = [&](std::size_t axis) { return (corner >> axis & 1) != 0 ? larger : smaller; };
     const Extent extent{side(0), side(1), axes == 3 ? side(2) : 1};
-    ElasticHierarchy hierarchy = make_elastic_hierarchy(held_level(extent), 0.3);
+    ElasticHierarchy hierarchy = make_elastic_hierarchy({held_level(extent), 0.3});
     const auto sites_of = [&](int level) {
       return hierarchy.levels.at(static_cast<std::size_t>(level)).grid.sites;
     };
@@ -223,7 +223,7 @@ TEST(ElasticEnergy, OperationsOfASumAreThoseOfTheTexts) {
   for (const Extent extent : {Extent{8, 8}, {4, 4, 4}}) {
     const std::size_t axes = extent.axes();
     ElasticSerial<distinct::real> session;
-    session.load(make_elastic_hierarchy(held_level(extent), 0.3));
+    session.load(make_elastic_hierarchy({held_level(extent), 0.3}));
     session.write(0, ElasticField::load, test::random_field(extent, 3));
     session.write(0, ElasticField::direction, test::random_field(extent, 4));
     distinct::numbers.clear();

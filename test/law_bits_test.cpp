@@ -87,7 +87,7 @@ TEST_P(LawBits, AreThoseOfTheHost) {
         LawCase{{130, 131, 34}}}) {
     const Level level = level_of(of, ++seed);
     const LawForces tissues(level, 0.3);
-    session->load(make_elastic_hierarchy(level, 0.3, Springs::none));
+    session->load(ElasticBody{level, 0.3, Springs::none});
     for (const double slope : {1e-3, 0.2, 0.8}) {
       const VectorField displacement = displacement_of(of.extent, slope, ++seed);
       VectorField expected;

@@ -37,7 +37,7 @@ void set_law(Level& level, float stiffening) {
 
 VectorField linear_forces(const Level& level, const ElasticModel& model, const VectorField& displacement) {
   const auto session = test::scalar().open_elastic({});
-  session->load(make_elastic_hierarchy(level, model, Springs::none));
+  session->load(ElasticBody{level, model, Springs::none});
   session->write(0, ElasticField::displacement, displacement);
   session->forces(ElasticField::displacement, ElasticField::load);
   VectorField force;

@@ -113,41 +113,49 @@ void CutSession::do_solve(const Advance& advance) {
 
 CutElasticSession::CutElasticSession(ElasticPieces::Open open) : open_(std::move(open)), session_(open_()) {}
 
+double CutElasticSession::do_load_body(const ElasticBody& body) {
+  set_outline(body);
+  join();
+  try {
+    return session_->load(body);
+  } catch (const TooLarge& error) {
+    return load_pieces(body, error);
+  }
+}
+
 /// What is left of the hierarchy here says how many levels there are.
 void CutElasticSession::do_load(ElasticHierarchy& hierarchy) {
   std::vector<ElasticLevel> grids;
   for (const ElasticLevel& level : hierarchy.levels) {
     grids.emplace_back().grid = level.grid;
   }
-  if (std::exchange(is_cut_, false)) {
-    session_ = open_();
-  }
-  try {
-    session_->load(std::move(hierarchy));
-  } catch (const TooLarge& error) {
-    hierarchy = session_->unloaded();
-    load_pieces(hierarchy, error);
-  }
+  join();
+  session_->load(std::move(hierarchy));
   hierarchy.levels = std::move(grids);
 }
 
+void CutElasticSession::join() {
+  if (std::exchange(is_cut_, false)) {
+    session_ = open_();
+  }
+}
+
 /// As many levels are cut as make the session of the coarse ones smaller than one of a piece.
-void CutElasticSession::load_pieces(ElasticHierarchy& hierarchy, const TooLarge& error) {
+double CutElasticSession::load_pieces(const ElasticBody& body, const TooLarge& error) {
   is_cut_ = true;
   std::string of_piece = error.what();
-  const std::size_t sites = hierarchy.levels.front().grid.sites.sites();
+  const std::size_t sites = body.level.extent.sites();
   for (int count = 2;; count *= 2) {
     const auto square = static_cast<std::size_t>(count) * static_cast<std::size_t>(count);
     const Sharing sharing{
         .ranks = count, .pieces = count, .fewest_sites = std::max<std::size_t>(sites / square, 1)};
-    if (sharing.elastic(sites_of(hierarchy)).image().cut.pieces.size() < static_cast<std::size_t>(count)) {
+    if (sharing.elastic(sites_of(hierarchy())).image().cut.pieces.size() < static_cast<std::size_t>(count)) {
       throw even_in_pieces(error, "", of_piece);
     }
     session_ = std::make_unique<ElasticPieces>(std::make_unique<InMemory>(), sharing, open_);
     try {
-      return session_->load(std::move(hierarchy));
+      return session_->load(body);
     } catch (const TooLarge& again) {
-      hierarchy = session_->unloaded();
       of_piece = again.what();
     }
   }

@@ -63,10 +63,13 @@ public:
   [[nodiscard]] std::optional<double> device_seconds() override { return session_->device_seconds(); }
 
 private:
+  double do_load_body(const ElasticBody& body) override;
   void do_load(ElasticHierarchy& hierarchy) override;
   void do_end() override { session_->end(); }
+  /// Begins with a session of the whole image.
+  void join();
   /// Loads pieces; `error` is what the whole image met. Throws TooLarge.
-  void load_pieces(ElasticHierarchy& hierarchy, const TooLarge& error);
+  double load_pieces(const ElasticBody& body, const TooLarge& error);
 
   ElasticPieces::Open open_;
   std::unique_ptr<ElasticSession> session_; ///< of the whole image, or of its pieces

@@ -4,69 +4,57 @@
 #include <bit>
 #include <cstdint>
 #include <iterator>
+#include <optional>
+#include <span>
+#include <stdexcept>
 #include <utility>
 
 namespace hdmbench {
 
 namespace {
 
-/// Copies rows of so many cells or sites from a part of one grid, which begins at `first`, into another grid.
-std::vector<float> part_of(const std::vector<float>& from, const RingedGrid& whole, const RingedGrid& grid,
-                           const std::array<int, 3>& first, Extent extent) {
-  std::vector<float> values(grid.size());
-  for (int row = 0; row < extent.rows(); ++row) {
-    const int y = row % extent.height;
-    const int z = row / extent.height;
-    const std::size_t begin = whole.index(first[0], first[1] + y, first[2] + z);
-    std::copy_n(from.begin() + static_cast<std::ptrdiff_t>(begin), extent.width,
-                values.begin() + static_cast<std::ptrdiff_t>(grid.index(0, y, z)));
-  }
-  return values;
-}
-
-MaskedCells part_of(const MaskedCells& from, const Box& part, Extent cells) {
-  MaskedCells masked;
-  masked.components = from.components;
-  masked.rows = static_cast<std::size_t>(cells.height);
-  for (int row = 0; row < cells.rows(); ++row) {
-    masked.begin.push_back(masked.x.size());
-    const auto [begin, end] =
-        from.row(part.first[1] + row % cells.height, part.first[2] + row / cells.height);
-    for (std::size_t i = begin; i < end; ++i) {
-      const int x = from.x[i] - part.first[0];
-      if (x >= 0 && x < cells.width) {
-        masked.x.push_back(x);
-        const float* const matrix = from.matrix(i);
-        masked.stiffness.insert(masked.stiffness.end(), matrix,
-                                matrix + masked.components * masked.components);
-      }
+/// What the levels of the sites `part` of a body are made of. The arrays are its own.
+struct BodyPart {
+  BodyPart(const ElasticBody& whole, const Box& part)
+      : level(without_fields(whole.level)), model(whole.model), kind(whole.springs),
+        whole_modulus(whole.level.modulus), first(part.first) {
+    level.extent = part.extent();
+    level.modulus = hdmbench::part_of(whole.level.modulus, part);
+    level.confidence = hdmbench::part_of(whole.level.confidence, part);
+    for (const auto& [from, to] :
+         {std::pair{&whole.level.springs, &level.springs}, {&whole.level.walls, &level.walls}}) {
+      *to = entries_of(*from, whole.level.extent, part);
+    }
+    if (whole.site_springs != nullptr) {
+      springs.emplace().entries = entries_of(whole.site_springs->entries, whole.level.extent, part);
     }
   }
-  masked.begin.push_back(masked.x.size());
-  return masked;
-}
 
-/// The sites `part` of a level and the cells between them. A new member has to be named here, or this does
-/// not compile.
-ElasticLevel part_of(const ElasticLevel& level, const Box& part) {
-  const auto& [whole, ratio, stride, moments, bend, response, masked] = level;
-  const RingedGrid grid(part.extent());
-  const auto cut = [&](const std::vector<std::vector<float>>& arrays, Extent extent) {
-    std::vector<std::vector<float>> parts;
-    std::ranges::transform(arrays, std::back_inserter(parts), [&](const std::vector<float>& values) {
-      return part_of(values, whole, grid, part.first, extent);
-    });
-    return parts;
-  };
-  const bool has_site_moduli = moments.size() == 1; // of the image of a volume
-  return {.grid = grid,
-          .ratio = ratio,
-          .stride = stride,
-          .moments = cut(moments, has_site_moduli ? part.extent() : grid.cells()),
-          .bend = bend,
-          .response = cut(response, part.extent()),
-          .masked = part_of(masked, part, grid.cells())};
-}
+  [[nodiscard]] ElasticBody body() const {
+    return {.level = level,
+            .model = model,
+            .springs = kind,
+            .site_springs = springs ? &*springs : nullptr,
+            .whole_modulus = &whole_modulus,
+            .first = first};
+  }
+
+  static std::vector<std::vector<float>> entries_of(const std::vector<std::vector<float>>& whole,
+                                                    Extent sites, const Box& part) {
+    std::vector<std::vector<float>> entries;
+    for (const std::vector<float>& entry : whole) {
+      copy(part, entry, all_of(sites), entries.emplace_back(part.extent().sites()), part);
+    }
+    return entries;
+  }
+
+  Level level;
+  ElasticModel model;
+  Springs kind;
+  std::optional<SiteSprings> springs{};
+  const ScalarField& whole_modulus;
+  std::array<int, 3> first;
+};
 
 /// A field that a step reads up to `reach` sites around each site of its level.
 struct Read {
@@ -83,7 +71,8 @@ std::vector<Read> reads_of(const MethodStep& step) {
                                                  : std::vector<Read>{{step.from, 1}};
   case MethodStep::Kind::forces:
     return {{step.from, 1}};
-  case MethodStep::Kind::relax_from_zero:
+  case MethodStep::Kind::relax_from_zero: // how the outermost sites respond is not known here
+    return {{ElasticField::load, 1}};
   case MethodStep::Kind::restrict_load:
     return {{ElasticField::load, 0}};
   case MethodStep::Kind::correct:
@@ -215,8 +204,13 @@ std::optional<double> ElasticPieces::device_seconds() {
   return sum;
 }
 
-void ElasticPieces::do_load(ElasticHierarchy& hierarchy) {
-  share_ = sharing_.elastic(sites_of(hierarchy));
+void ElasticPieces::do_load(ElasticHierarchy& /*hierarchy*/) {
+  throw std::logic_error("pieces are made of a body, not of its levels");
+}
+
+double ElasticPieces::do_load_body(const ElasticBody& body) {
+  set_outline(body);
+  share_ = sharing_.elastic(sites_of(hierarchy()));
   const int cut_levels = share_.cut_levels();
   valid_.clear();
   for (int level = 0; level < cut_levels; ++level) {
@@ -228,18 +222,17 @@ void ElasticPieces::do_load(ElasticHierarchy& hierarchy) {
   };
   const PieceRange own = here();
   const std::size_t pieces = cut_levels > 0 ? share_.image().cut.pieces.size() : 0;
+  double seconds = 0.0;
   exchange_->compute([&] {
     pieces_.resize(std::min(own.end, std::max(pieces, own.first)) - own.first);
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
-      load_into(pieces_[i], piece_of(hierarchy, own.first + i));
+      load_into(pieces_[i], piece_of(body, own.first + i, seconds));
     }
     if (is_first()) {
-      load_into(coarse_, coarse_of(hierarchy));
+      load_into(coarse_, coarse_of(body, seconds));
     }
   });
-  for (ElasticLevel& level : hierarchy.levels) { // the sessions have theirs
-    level.grid = std::exchange(level, {}).grid;
-  }
+  return seconds;
 }
 
 void ElasticPieces::do_end() {
@@ -248,29 +241,28 @@ void ElasticPieces::do_end() {
 }
 
 /// A level without stiffness ends it, so that it is a hierarchy as any other.
-ElasticHierarchy ElasticPieces::piece_of(const ElasticHierarchy& whole, std::size_t piece) const {
-  const std::size_t axes = whole.levels.front().grid.axes();
+ElasticHierarchy ElasticPieces::piece_of(const ElasticBody& whole, std::size_t piece, double& seconds) const {
+  const std::size_t axes = whole.level.extent.axes();
   const Extent least{2, 2, axes == 3 ? 2 : 1};
-  const auto& [levels, inverse] = whole;
-  ElasticHierarchy part{.levels = {}, .coarsest_inverse = {}};
+  const BodyPart own(whole, share_.image().loaded[piece]);
+  ElasticHierarchy part = timed_hierarchy(own.body(), {.end = share_.cut_levels() + 1}, seconds);
+  part.levels.push_back(empty_level(least, part.levels[1].moments.size()));
   part.coarsest_inverse.assign(axes * least.sites() * axes * least.sites(), 0.0F);
-  for (int level = 0; level <= share_.cut_levels(); ++level) {
-    part.levels.push_back(
-        part_of(levels[static_cast<std::size_t>(level)], share_.share(level).loaded[piece]));
-  }
-  part.levels.push_back(empty_level(least, levels[1].moments.size()));
   return part;
 }
 
 /// Nothing is asked of cut levels, so each is as small as the first one that is not cut.
-ElasticHierarchy ElasticPieces::coarse_of(const ElasticHierarchy& whole) const {
-  const auto& [levels, inverse] = whole;
-  ElasticHierarchy part{.levels = {}, .coarsest_inverse = inverse};
-  const auto first = levels.begin() + share_.cut_levels();
-  for (auto level = levels.begin(); level != first; ++level) {
-    part.levels.push_back(part_of(*level, all_of(first->grid.sites)));
+ElasticHierarchy ElasticPieces::coarse_of(const ElasticBody& whole, double& seconds) const {
+  const int first = share_.cut_levels();
+  ElasticHierarchy part = timed_hierarchy(whole, {.first = first}, seconds);
+  const Extent sites = part.levels[static_cast<std::size_t>(first)].grid.sites;
+  for (ElasticLevel& level : std::span(part.levels).first(static_cast<std::size_t>(first))) {
+    ElasticLevel small = empty_level(sites, level.moments.size());
+    small.ratio = level.ratio;
+    small.stride = level.stride;
+    small.bend = level.bend;
+    level = std::move(small);
   }
-  part.levels.insert(part.levels.end(), first, levels.end());
   return part;
 }
 

@@ -12,10 +12,11 @@
 namespace hdmbench {
 
 /// A session of the elastic energy in pieces, each with a session of its own, on one device or on ranks:
-/// every process makes the same calls, with the same hierarchy and the same fields. Levels that are cut are
-/// computed by pieces, with their halos: each step makes the rim of what it writes wrong, and a halo is
-/// renewed when what is left of it is too narrow for the next step. Coarse levels are computed by one session
-/// of the first process. The bits of one session. Calls throw what sessions and exchanges throw.
+/// every process makes the same calls, with the same body and the same fields, and makes the levels of its
+/// own part. Levels that are cut are computed by pieces, with their halos: each step makes the rim of what it
+/// writes wrong, and a halo is renewed when what is left of it is too narrow for the next step. Coarse levels
+/// are computed by one session of the first process. The bits of one session. Calls throw what sessions and
+/// exchanges throw.
 class ElasticPieces final : public ElasticSession {
 public:
   using Open = std::function<std::unique_ptr<ElasticSession>()>;
@@ -32,12 +33,13 @@ public:
   [[nodiscard]] std::optional<double> device_seconds() override;
 
 private:
-  /// Leaves `hierarchy` as it is where it throws.
+  double do_load_body(const ElasticBody& body) override;
+  /// Throws std::logic_error: levels that are made already are those of a whole body.
   void do_load(ElasticHierarchy& hierarchy) override;
   void do_end() override;
 
-  [[nodiscard]] ElasticHierarchy piece_of(const ElasticHierarchy& whole, std::size_t piece) const;
-  [[nodiscard]] ElasticHierarchy coarse_of(const ElasticHierarchy& whole) const;
+  [[nodiscard]] ElasticHierarchy piece_of(const ElasticBody& whole, std::size_t piece, double& seconds) const;
+  [[nodiscard]] ElasticHierarchy coarse_of(const ElasticBody& whole, double& seconds) const;
   void write_pieces(const MethodStep& step);
 
   /// How far beyond what a piece owns a field of a level is right, in sites.

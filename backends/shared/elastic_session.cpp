@@ -1,6 +1,7 @@
 #include "backends/shared/elastic_session.hpp"
 
 #include <array>
+#include <chrono>
 
 namespace hdmbench {
 
@@ -9,6 +10,19 @@ std::string_view MethodStep::name() const {
       "write",         "sweep",      "sweep from zero",   "forces", "restricted residual", "restricted load",
       "interpolation", "correction", "coarsest solution", "advance"};
   return names.at(static_cast<std::size_t>(kind));
+}
+
+ElasticHierarchy timed_hierarchy(const ElasticBody& body, const LevelRange& range, double& seconds) {
+  const auto begin = std::chrono::steady_clock::now();
+  ElasticHierarchy made = make_elastic_hierarchy(body, range);
+  seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  return made;
+}
+
+double ElasticSession::do_load_body(const ElasticBody& body) {
+  double seconds = 0.0;
+  load(timed_hierarchy(body, {}, seconds));
+  return seconds;
 }
 
 ScalarField ElasticSession::dot_squares(ElasticField first, ElasticField second, int height) const {

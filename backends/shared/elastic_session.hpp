@@ -66,14 +66,15 @@ class ElasticSession : public Timed {
   using Kind = MethodStep::Kind;
 
 public:
-  /// Makes room for the fields. The session has `hierarchy` from now on: of a large volume a second one would
-  /// be half of all memory.
+  /// Makes the levels of a body, and room for the fields. A session of several processes makes what each of
+  /// them computes with. Returns the seconds that making them took.
+  double load(const ElasticBody& body) { return do_load_body(body); }
+  /// Loads levels that are made already. The session has them from now on: of a large volume a second
+  /// hierarchy would be half of all memory. One in pieces knows bodies only.
   void load(ElasticHierarchy hierarchy) {
     hierarchy_ = std::move(hierarchy);
     do_load(hierarchy_);
   }
-  /// Gives the hierarchy back that load() could not load; load() is next.
-  [[nodiscard]] ElasticHierarchy unloaded() { return std::move(hierarchy_); }
   virtual void take(const MethodStep& step) = 0;
 
   /// Values of the level's extent.
@@ -150,14 +151,21 @@ protected:
   [[nodiscard]] const RingedGrid& grid(int level) const { return level_at(level).grid; }
   [[nodiscard]] int coarsest() const { return static_cast<int>(hierarchy_.levels.size()) - 1; }
 
+  /// Has a hierarchy without arrays from now on: the session's own is elsewhere.
+  void set_outline(const ElasticBody& body) { hierarchy_ = outline_of(body.level.extent, body.level.sides); }
+
 private:
-  /// `hierarchy` is the session's own: it may give away what it does not read again. Where it throws TooLarge
-  /// nothing is missing.
+  virtual double do_load_body(const ElasticBody& body);
+  /// `hierarchy` is the session's own: it may give away what it does not read again.
   virtual void do_load(ElasticHierarchy& hierarchy) = 0;
   virtual void do_end() {}
 
   ElasticHierarchy hierarchy_;
 };
+
+/// Makes levels of a body, and adds the seconds that this takes.
+[[nodiscard]] ElasticHierarchy timed_hierarchy(const ElasticBody& body, const LevelRange& range,
+                                               double& seconds);
 
 /// The next level of the tree: sums of 2 x 2, of a volume's of 2 x 2 x 2.
 [[nodiscard]] ScalarField square_sums(const ScalarField& sums, std::size_t axes);

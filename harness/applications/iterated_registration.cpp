@@ -174,7 +174,7 @@ private:
       drives_.push_back({solver.displacement(), {}});
     }
     // What pulls back where the sheet is free is minus what does it.
-    const ElasticHierarchy free = make_elastic_hierarchy(sheet_, poisson_, Springs::none);
+    const ElasticHierarchy free = make_elastic_hierarchy({sheet_, poisson_, Springs::none});
     session_.load(free);
     const auto unit = static_cast<float>(-force_unit(sheet_, poisson_));
     for (Drive& drive : drives_) {

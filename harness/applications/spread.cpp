@@ -112,7 +112,7 @@ private:
     if (twice < cell.modulus.values.size()) {
       cell.modulus.values[twice] = 2.0F;
     }
-    const ElasticHierarchy hierarchy = make_elastic_hierarchy(cell, model, Springs::none);
+    const ElasticHierarchy hierarchy = make_elastic_hierarchy({cell, model, Springs::none});
     const ElasticLevel& image = hierarchy.levels.front();
     const CellMatrix matrix = cell_matrix(image, image.grid.index(0, 0));
     const double unit = force_unit(cell, model.poisson);

@@ -200,7 +200,7 @@ GoldenInputs hash_inputs(const Scene& scene) {
   }
   GoldenInputs inputs{.scene = hash.value(), .levels = {}};
   if (scene.energy->is_of_cells()) {
-    inputs.levels = {hierarchy_hash(make_elastic_hierarchy(scene.full, scene.elastic))};
+    inputs.levels = {hierarchy_hash(make_elastic_hierarchy({scene.full, scene.elastic}))};
   } else {
     LevelSequence levels(scene);
     for (const int index : levels.order()) {

@@ -129,14 +129,17 @@ public:
   [[nodiscard]] std::int64_t steps() const { return steps_; }
 
 private:
-  void do_load(ElasticHierarchy& hierarchy) override {
-    kept_.reset();
-    reference_.load(hierarchy);
+  double do_load_body(const ElasticBody& body) override {
+    double seconds = 0.0;
+    load(timed_hierarchy(body, {}, seconds));
+    reference_.load(body);
     each_present(followers_, [&](ElasticFollower& follower) {
-      follower.session->load(hierarchy);
-      follower.comparison.levels = static_cast<int>(hierarchy.levels.size());
+      follower.session->load(body);
+      follower.comparison.levels = static_cast<int>(hierarchy().levels.size());
     });
+    return seconds;
   }
+  void do_load(ElasticHierarchy& /*hierarchy*/) override { kept_.reset(); }
 
   /// All of the reference.
   [[nodiscard]] ElasticFields fields_now() const {

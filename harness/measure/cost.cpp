@@ -113,6 +113,10 @@ public:
   [[nodiscard]] const std::vector<StepsTaken>& steps() const { return steps_; }
 
 private:
+  double do_load_body(const ElasticBody& body) override {
+    set_outline(body);
+    return session_->load(body);
+  }
   void do_load(ElasticHierarchy& hierarchy) override { session_->load(hierarchy); }
 
   void add(const StepCost& cost, int level) const {

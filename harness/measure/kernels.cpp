@@ -133,10 +133,10 @@ void Kernels::prepare(std::size_t kernel) {
     open_->tissues.emplace(open_->scene.full, open_->scene.elastic);
     open_->strained = any_field(extent_, 0x1p-14F);
     open_->cells = backend_.open_elastic(session_);
-    ElasticHierarchy hierarchy = make_elastic_hierarchy(open_->scene.full, open_->scene.elastic);
-    open_->coarsest = static_cast<int>(hierarchy.levels.size()) - 1;
-    const Extent below = hierarchy.levels.at(1).grid.sites;
-    open_->cells->load(std::move(hierarchy));
+    const std::vector<ElasticLevel> outline = outline_of(extent_, open_->scene.full.sides).levels;
+    open_->coarsest = static_cast<int>(outline.size()) - 1;
+    const Extent below = outline.at(1).grid.sites;
+    open_->cells->load(ElasticBody{open_->scene.full, open_->scene.elastic});
     const VectorField field = any_field(extent_);
     for (std::size_t i = 0; i < elastic_fields; ++i) {
       open_->cells->write(0, static_cast<ElasticField>(i), field);
@@ -157,7 +157,7 @@ void Kernels::run(std::size_t kernel, int times) {
   }
   for (int i = 0; i < times; ++i) {
     if (all_[kernel].is_on_host) {
-      (void)make_elastic_hierarchy(open_->scene.full, open_->scene.elastic);
+      (void)make_elastic_hierarchy({open_->scene.full, open_->scene.elastic});
     } else if (kernel == law_forces_) {
       if (!open_->cells->law_forces(*open_->tissues, open_->strained, open_->force)) {
         (void)(*open_->tissues)(open_->strained, open_->force);

@@ -59,7 +59,7 @@ std::uint64_t elastic_fields_of(const Backend& backend, Extent extent) {
   using enum ElasticField;
   Hash hash;
   const test::Problem problem = test::random_problem(extent, test::Texture::smooth, 7);
-  ElasticHierarchy hierarchy = make_elastic_hierarchy(problem.level, {});
+  ElasticHierarchy hierarchy = make_elastic_hierarchy({problem.level});
   const int coarsest = static_cast<int>(hierarchy.levels.size()) - 1;
   const auto session = backend.open_elastic({.device = {}, .threads = 3});
   session->load(std::move(hierarchy));

@@ -95,7 +95,7 @@ void record_cells(const Scene& scene, GpuTexts texts, Kinds& kinds) {
 void record_laws(const Scene& scene, GpuTexts texts, Kinds& kinds) {
   const auto session = make_elastic_session("", std::make_unique<Recorder>(texts, kinds));
   Level level = scene.full;
-  session->load(make_elastic_hierarchy(level, scene.elastic, Springs::none));
+  session->load(ElasticBody{level, scene.elastic, Springs::none});
   level.law_parameter = ScalarField(level.extent);
   const VectorField displacement(level.extent);
   VectorField force;

@@ -101,7 +101,7 @@ public:
   [[nodiscard]] const Timings& timings() const { return timings_; }
 
 private:
-  void load(ElasticHierarchy hierarchy);
+  void load(const ElasticBody& body);
   /// What corrections are made from: the residual of displacement.
   void find_load();
   /// Takes the correction of the image.

@@ -98,9 +98,7 @@ ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, Elast
   timed(timings_.projection, [&] { require_held(full); });
   has_springs_ = has_springs(full);
   sprung_ = has_springs_ || has_forces(full);
-  const auto load_sheet = [&](Springs springs) {
-    load(timed(timings_.projection, [&] { return make_elastic_hierarchy(full, model, springs); }));
-  };
+  const auto load_sheet = [&](Springs springs) { load({.level = full, .model = model, .springs = springs}); };
   load_sheet(Springs::none); // what the hierarchy is made with has gone when the next field comes
   may_end_here();
   start_ = timed(timings_.projection, [&] { return extended_conditions(full); });
@@ -141,10 +139,10 @@ ElasticSolver::ElasticSolver(const Level& full, const ElasticModel& model, const
                              ElasticSession& session)
     : session_(session), slenderness_(slenderness(full)),
       sprung_(true), sheet_{&full, &springs, model.poisson} {
-  load(timed(timings_.projection, [&] {
-    return springs.entries.empty() ? make_elastic_hierarchy(full, model, Springs::none)
-                                   : make_elastic_hierarchy(full, model, springs);
-  }));
+  load({.level = full,
+        .model = model,
+        .springs = Springs::none,
+        .site_springs = springs.entries.empty() ? nullptr : &springs});
 }
 
 void ElasticSolver::pull(VectorField start, const VectorField& forces_there) {
@@ -236,23 +234,26 @@ void ElasticSolver::follow(const Level& level, const ElasticModel& model, Scalar
     }
   }
   body.modulus = std::move(modulus);
-  load(timed(timings_.projection, [&] { return make_elastic_hierarchy(body, model); }));
+  load({.level = body, .model = model});
   for (std::size_t i = 0; i < before.size(); ++i) { // what was done stays counted
     work_[i].iterations += before[i].iterations;
     work_[i].residuals += before[i].residuals;
   }
 }
 
-void ElasticSolver::load(ElasticHierarchy hierarchy) {
+void ElasticSolver::load(const ElasticBody& body) {
   may_end_here();
   work_.clear();
   visited_twice_.clear();
-  for (const ElasticLevel& level : hierarchy.levels) {
+  for (const ElasticLevel& level : outline_of(body.level.extent, body.level.sides).levels) {
     work_.push_back({.level = static_cast<int>(work_.size()), .extent = level.grid.sites});
     const Stride& stride = level.stride;
     visited_twice_.push_back(stride[0] + stride[1] + (level.grid.axes() == 3 ? stride[2] : 1) >= 5);
   }
-  timed(timings_.upload, [&] { session_.load(std::move(hierarchy)); });
+  const Clock clock;
+  const double making = session_.load(body);
+  timings_.projection += making;
+  timings_.upload += clock.seconds() - making;
 }
 
 void ElasticSolver::find_load() {

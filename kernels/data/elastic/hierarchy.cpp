@@ -275,8 +275,10 @@ bool is_coarsest(Extent sites) {
 class Responses {
 public:
   /// `bend`: of the image's cells.
-  Responses(const Level& full, double poisson, float bend)
-      : full_(full), poisson_(poisson), sides_(full.sides), contrast_(contrast_of(full.modulus)),
+  Responses(const ElasticBody& body, float bend)
+      : full_(body.level), moduli_{body.whole_modulus != nullptr ? *body.whole_modulus : body.level.modulus,
+                                   body.first},
+        poisson_(body.model.poisson), sides_(body.level.sides), contrast_(contrast_of(moduli_.whole)),
         bend_(bend) {
     prepare();
   }
@@ -305,7 +307,7 @@ public:
     for (std::size_t axis = 0; axis < 3; ++axis) {
       whole[axis] -= cells[axis] * cells_of_image_[axis] > full_.extent.sides()[axis] - 1 ? 1 : 0;
     }
-    set_volume_response(level, *of_volume_, whole, *prescribed);
+    set_volume_response(level, *of_volume_, moduli_, whole, *prescribed);
   }
 
 private:
@@ -319,6 +321,7 @@ private:
   }
 
   const Level& full_;
+  ModuliAround moduli_;
   double poisson_;
   std::array<double, 3> sides_; ///< of the level's cells
   double contrast_;
@@ -342,23 +345,35 @@ ElasticLevel image_level(const Level& full, const ElasticModel& model) {
   return image;
 }
 
+/// Leaves nothing of a level but its shape.
+void strip(ElasticLevel& level) {
+  for (auto* const arrays : {&level.moments, &level.response}) {
+    std::ranges::fill(*arrays, std::vector<float>());
+  }
+  level.masked = {};
+}
+
 /// `spring_at` is null where there are no springs.
 template <typename SpringAt>
-ElasticHierarchy hierarchy_of(const Level& full, const ElasticModel& model, const SpringAt* spring_at) {
+ElasticHierarchy hierarchy_of(const ElasticBody& body, const LevelRange& range, const SpringAt* spring_at) {
+  const Level& full = body.level;
   const bool is_volume = full.extent.axes() == 3;
   ElasticHierarchy hierarchy;
-  ElasticLevel& image = hierarchy.levels.emplace_back(image_level(full, model));
+  ElasticLevel& image = hierarchy.levels.emplace_back(image_level(full, body.model));
   Prescribed prescribed(full, image.grid); // of the last level
-  Responses responses(full, model.poisson, image.bend);
+  Responses responses(body, image.bend);
   may_end_here();
   CellKinds kinds; // of the last level
   if (spring_at != nullptr && full.extent.width > 1 && full.extent.height > 1) {
-    kinds = add_springs(image, force_unit(full, model.poisson), *spring_at);
+    kinds = add_springs(image, force_unit(full, body.model.poisson), *spring_at);
   }
-  responses.respond(image, &prescribed);
-  while (!is_coarsest(hierarchy.levels.back().grid.sites)) {
-    const ElasticLevel& fine = hierarchy.levels.back();
-    const bool is_image = hierarchy.levels.size() == 1;
+  const auto number_of_last = [&] { return static_cast<int>(hierarchy.levels.size()) - 1; };
+  if (range.first == 0) {
+    responses.respond(image, &prescribed);
+  }
+  while (range.end ? number_of_last() + 1 < *range.end : !is_coarsest(hierarchy.levels.back().grid.sites)) {
+    ElasticLevel& fine = hierarchy.levels.back();
+    const bool is_image = number_of_last() == 0;
     const Stride stride = stride_of(responses.sides(), full.extent.axes());
     responses.coarsen(stride);
     ElasticLevel level = empty_level(coarser(fine.grid.sites, stride), is_volume ? 23 : 6);
@@ -380,12 +395,19 @@ ElasticHierarchy hierarchy_of(const Level& full, const ElasticModel& model, cons
     if (coarse) {
       prescribed = std::move(*coarse);
     }
-    responses.respond(level, is_volume ? &prescribed : nullptr);
+    if (number_of_last() < range.first) {
+      strip(fine);
+    }
     kinds = std::move(coarse_kinds);
     hierarchy.levels.push_back(std::move(level));
+    if (number_of_last() >= range.first) {
+      responses.respond(hierarchy.levels.back(), is_volume ? &prescribed : nullptr);
+    }
   }
-  hierarchy.coarsest_inverse = coarsest_inverse(
-      hierarchy.levels.back(), is_volume || hierarchy.levels.size() == 1 ? &prescribed : nullptr);
+  if (!range.end) {
+    hierarchy.coarsest_inverse = coarsest_inverse(
+        hierarchy.levels.back(), is_volume || hierarchy.levels.size() == 1 ? &prescribed : nullptr);
+  }
   return hierarchy;
 }
 
@@ -442,21 +464,34 @@ Prescribed::Prescribed(const Prescribed& fine, const RingedGrid& fine_grid, cons
   }
 }
 
-ElasticHierarchy make_elastic_hierarchy(const Level& full, const ElasticModel& model, Springs springs) {
-  const auto spring_at = springs_of(full);
-  const bool pulls = springs == Springs::pull && has_springs(full);
-  return hierarchy_of(full, model, pulls ? &spring_at : nullptr);
+ElasticHierarchy make_elastic_hierarchy(const ElasticBody& body, const LevelRange& range) {
+  if (body.site_springs != nullptr) {
+    const auto spring_at = [&springs = *body.site_springs](std::size_t at) {
+      Spring spring{};
+      std::ranges::transform(springs.entries, spring.begin(), [at](const std::vector<float>& entry) {
+        return static_cast<double>(entry[at]);
+      });
+      return spring;
+    };
+    return hierarchy_of(body, range, &spring_at);
+  }
+  const auto spring_at = springs_of(body.level);
+  const bool pulls = body.springs == Springs::pull && has_springs(body.level);
+  return hierarchy_of(body, range, pulls ? &spring_at : nullptr);
 }
 
-ElasticHierarchy make_elastic_hierarchy(const Level& full, const ElasticModel& model,
-                                        const SiteSprings& springs) {
-  const auto spring_at = [&springs](std::size_t at) {
-    Spring spring{};
-    std::ranges::transform(springs.entries, spring.begin(),
-                           [at](const std::vector<float>& entry) { return static_cast<double>(entry[at]); });
-    return spring;
-  };
-  return hierarchy_of(full, model, &spring_at);
+ElasticHierarchy outline_of(Extent sites, std::array<double, 3> sides) {
+  ElasticHierarchy outline;
+  outline.levels.emplace_back().grid = RingedGrid(sites);
+  while (!is_coarsest(sites)) {
+    const Stride stride = stride_of(sides, sites.axes());
+    sites = coarser(sites, stride);
+    std::ranges::transform(sides, stride, sides.begin(), std::multiplies<>());
+    ElasticLevel& level = outline.levels.emplace_back();
+    level.grid = RingedGrid(sites);
+    level.stride = stride;
+  }
+  return outline;
 }
 
 Stride stride_of(const std::array<double, 3>& sides, std::size_t axes) {
@@ -476,15 +511,12 @@ Extent coarser(Extent sites, const Stride& stride) {
 }
 
 double coarse_share(Extent sites, std::array<double, 3> sides) {
-  const auto of_image = static_cast<double>(sites.sites());
-  double sum = 0.0;
-  while (!is_coarsest(sites)) {
-    const Stride stride = stride_of(sides, sites.axes());
-    sites = coarser(sites, stride);
-    std::ranges::transform(sides, stride, sides.begin(), std::multiplies<>());
-    sum += static_cast<double>(sites.sites());
-  }
-  return sum / of_image;
+  const std::vector<ElasticLevel> levels = outline_of(sites, sides).levels;
+  const double all =
+      std::transform_reduce(levels.begin(), levels.end(), 0.0, std::plus<>(), [](const ElasticLevel& level) {
+        return static_cast<double>(level.grid.sites.sites());
+      });
+  return all / static_cast<double>(sites.sites()) - 1.0;
 }
 
 ElasticLevel empty_level(Extent sites, std::size_t moments) {

@@ -8,6 +8,7 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
+#include <optional>
 #include <vector>
 
 namespace hdmbench {
@@ -128,14 +129,29 @@ inline constexpr double elastic_relaxation = 0.6;
   return axes == 3 ? 2 : 6;
 }
 
-/// The components with confidence 1 are prescribed. The level is assumed to be valid. The same bits whatever
-/// the number of threads. Coarse levels integrate in full.
-[[nodiscard]] ElasticHierarchy make_elastic_hierarchy(const Level& full, const ElasticModel& model,
-                                                      Springs springs = Springs::pull);
-/// The same with `springs` in place of those that confidences below 1 make. A spring has no effect on a
-/// prescribed component.
-[[nodiscard]] ElasticHierarchy make_elastic_hierarchy(const Level& full, const ElasticModel& model,
-                                                      const SiteSprings& springs);
+/// What a hierarchy is made of. The components with confidence 1 are prescribed.
+struct ElasticBody {
+  const Level& level; ///< assumed to be valid; its fields but for moduli and conditions are not read
+  ElasticModel model{};
+  Springs springs = Springs::pull;
+  const SiteSprings* site_springs = nullptr; ///< null: those of the level. On prescribed components idle
+  /// The moduli of the body that this is a part of: sites respond as they do there, but for those at the rim
+  /// of the part. Null: this is whole.
+  const ScalarField* whole_modulus = nullptr;
+  std::array<int, 3> first{}; ///< the site of that body which is the first one here
+};
+
+/// Which levels of a hierarchy are wanted.
+struct LevelRange {
+  int first = 0;            ///< those before it have their shape only
+  std::optional<int> end{}; ///< without the one of this number and those beyond, and so without an inverse
+};
+
+/// Makes a body's levels. The same bits whatever the number of threads. Coarse levels integrate in full.
+[[nodiscard]] ElasticHierarchy make_elastic_hierarchy(const ElasticBody& body, const LevelRange& range = {});
+
+/// Returns the shape of all levels of a body with pixels or voxels of these sides: grids and strides.
+[[nodiscard]] ElasticHierarchy outline_of(Extent sites, std::array<double, 3> sides);
 
 /// What the forces of sessions are, over those of finite elements of the same moduli whose pixels have the
 /// area or volume 1: slopes are by their side along x.

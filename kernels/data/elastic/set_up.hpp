@@ -86,8 +86,15 @@ struct VolumeRelaxation {
   float weight;        ///< of cells of more than one: their largest eigenvalue over that
   float weight_beyond; ///< of cells that stick out
 };
+/// The moduli of a whole body, of which `first` is the first site of the part at hand.
+struct ModuliAround {
+  const ScalarField& whole;
+  std::array<int, 3> first;
+};
 /// The same of a volume, on every level. So many cells along each axis are `whole`: the others stick out.
-void set_volume_response(ElasticLevel& level, const VolumeRelaxation& relaxation,
+/// Sites of the image in tissue of one modulus respond in another rounding, 16 by 16 in rows of the whole
+/// body, so that a part of it has the same bits.
+void set_volume_response(ElasticLevel& level, const VolumeRelaxation& relaxation, const ModuliAround& moduli,
                          const std::array<int, 3>& whole, const Prescribed& prescribed);
 
 /// Adds what the masked cells beside the sites of row (y, z), each weight(x, y, z) times, are to the

@@ -54,7 +54,7 @@ HDM_FUNCTION void read_cells(const ElasticLevel& level, int x, int step, int y, 
   if (y < 0 || z < 0 || y >= cells.height || z >= cells.depth) {
     return;
   }
-  const int first = x < 0 ? 1 : 0;
+  const int first = std::max(0, -x); // step is 1 where x < 0
   const int last =
       std::min(static_cast<int>(lanes) + (step == 1 ? 1 : 0), (cells.width - x + step - 1) / step);
   const std::size_t at = level.grid.index(0, y, z);
@@ -102,18 +102,24 @@ HDM_FUNCTION void join(CellRow& low, const CellRow& high, std::size_t step) {
   }
 }
 
-/// Where the eight sites of the cells of a row have one modulus: that, else 0. Sites x ... x + lanes + 1.
-float one_modulus(const ElasticLevel& image, int x, int y, int z) {
-  const Extent sites = image.grid.sites;
+/// Where the eight sites of the cells of a row have one modulus: that, else 0. Sites x ... x + lanes + 1 of
+/// the part.
+float one_modulus(const ModuliAround& moduli, int x, int y, int z) {
+  const Extent sites = moduli.whole.extent;
+  x += moduli.first[0];
+  y += moduli.first[1];
+  z += moduli.first[2];
   if (x < 0 || y < 0 || z < 0 || x + static_cast<int>(lanes) + 1 >= sites.width || y + 1 >= sites.height ||
       z + 1 >= sites.depth) {
     return 0.0F;
   }
-  const float* const at = image.moments[0].data() + image.grid.index(x, y, z);
+  const float* const at = moduli.whole.values.data() + sites.index(x, y, z);
   const float modulus = *at;
+  const std::size_t below = sites.index(0, 1, 0);
+  const std::size_t behind = sites.index(0, 0, 1);
   bool same = true;
-  for (std::size_t row = 0; row < 8; row += 2) {
-    const float* const site = at + image.grid.to_corner(row);
+  for (const std::size_t row : {std::size_t{0}, below, behind, below + behind}) {
+    const float* const site = at + row;
     for (std::size_t i = 0; i < lanes + 2; ++i) {
       same &= site[i] == modulus;
     }
@@ -173,6 +179,7 @@ HDM_FUNCTION void add_corners(Stiffness& sum, const CellRow& cells, std::size_t 
 /// What cells of more than one modulus count.
 struct WeightOfCells {
   const VolumeRelaxation& relaxation;
+  const ModuliAround& moduli;
   std::array<int, 3> whole; ///< so many cells along each axis do not stick out
 
   float operator()(int x, int y, int z) const {
@@ -217,9 +224,12 @@ HDM_FUNCTION Stiffness stiffness_of(const ElasticLevel& level, int x, int y, int
                                     const WeightOfCells& weight) {
   Stiffness sum{};
   if (level.moments.size() == 1) {
-    const float modulus = one_modulus(level, x - 1, y - 1, z - 1);
-    if (modulus != 0.0F && modulus == one_modulus(level, x - 1, y - 1, z) &&
-        modulus == one_modulus(level, x - 1, y, z - 1) && modulus == one_modulus(level, x - 1, y, z)) {
+    const auto of_cells = [&](int above, int near) {
+      return one_modulus(weight.moduli, x - 1, y - 1 + above, z - 1 + near);
+    };
+    const float modulus = of_cells(0, 0);
+    if (modulus != 0.0F && modulus == of_cells(0, 1) && modulus == of_cells(1, 0) &&
+        modulus == of_cells(1, 1)) {
       const double lame = double{weight.relaxation.ratio.lame};
       const std::array<double, 3> squares{1.0, std::pow(double{weight.relaxation.ratio.y}, 2.0),
                                           std::pow(double{weight.relaxation.ratio.z}, 2.0)};
@@ -247,11 +257,14 @@ HDM_FUNCTION Stiffness stiffness_of(const ElasticLevel& level, int x, int y, int
 /// Puts the stiffness of the sites of row (y, z) where their response will be.
 HDM_WIDE_VECTORS void set_stiffness(ElasticLevel& level, int y, int z, const WeightOfCells& weight) {
   const std::size_t row = level.grid.index(0, y, z);
-  const auto width = static_cast<std::size_t>(level.grid.sites.width);
-  for (std::size_t x = 0; x < width; x += lanes) {
-    const Stiffness sum = stiffness_of(level, static_cast<int>(x), y, z, weight);
+  const int width = level.grid.sites.width;
+  constexpr int together = static_cast<int>(lanes);
+  for (int x = -(weight.moduli.first[0] % together); x < width; x += together) {
+    const Stiffness sum = stiffness_of(level, x, y, z, weight);
+    const int before = std::max(0, -x); // sites of a part that it does not have
+    const int count = std::min(together, width - x) - before;
     for (std::size_t entry = 0; entry < 6; ++entry) {
-      std::copy_n(sum[entry].data(), std::min(lanes, width - x), level.response[entry].data() + row + x);
+      std::copy_n(sum[entry].data() + before, count, level.response[entry].data() + row + (x + before));
     }
   }
 }
@@ -344,10 +357,10 @@ void set_volume_parents(ElasticLevel& level, const ElasticLevel& fine) {
   }
 }
 
-void set_volume_response(ElasticLevel& level, const VolumeRelaxation& relaxation,
+void set_volume_response(ElasticLevel& level, const VolumeRelaxation& relaxation, const ModuliAround& moduli,
                          const std::array<int, 3>& whole, const Prescribed& prescribed) {
   const RingedGrid& grid = level.grid;
-  const WeightOfCells weight{relaxation, whole};
+  const WeightOfCells weight{relaxation, moduli, whole};
 #pragma omp parallel for schedule(dynamic) if (grid.sites.sites() > sites_worth_threads / 8)
   for (int z = 0; z < grid.sites.depth; ++z) {
     for (int y = 0; y < grid.sites.height; ++y) {
