@@ -1,11 +1,12 @@
 #include "backends/pieces/elastic_pieces.hpp"
 
+#include "backends/shared/stopwatch.hpp"
+
 #include <algorithm>
 #include <bit>
 #include <cstdint>
 #include <iterator>
 #include <optional>
-#include <span>
 #include <stdexcept>
 #include <utility>
 
@@ -223,15 +224,30 @@ double ElasticPieces::do_load_body(const ElasticBody& body) {
   const PieceRange own = here();
   const std::size_t pieces = cut_levels > 0 ? share_.image().cut.pieces.size() : 0;
   double seconds = 0.0;
+  std::vector<OwnCells> cells(own.end - own.first);
+  ElasticLevel shape; // of the first uncut level
   exchange_->compute([&] {
     pieces_.resize(std::min(own.end, std::max(pieces, own.first)) - own.first);
     for (std::size_t i = 0; i < pieces_.size(); ++i) {
-      load_into(pieces_[i], piece_of(body, own.first + i, seconds));
-    }
-    if (is_first()) {
-      load_into(coarse_, coarse_of(body, seconds));
+      ElasticHierarchy part = timed(seconds, [&] { return piece_of(body, own.first + i, cells[i]); });
+      shape.ratio = part.levels[static_cast<std::size_t>(cut_levels)].ratio;
+      load_into(pieces_[i], std::move(part));
     }
   });
+  ParentLevel uncut;
+  if (cut_levels > 0) {
+    shape.grid = RingedGrid(sites(cut_levels));
+    shape.stride = hierarchy().levels[static_cast<std::size_t>(cut_levels)].stride;
+    uncut =
+        timed(seconds, [&] { return uncut_level(*exchange_, shape, share_.share(cut_levels).owned, cells); });
+  }
+  if (is_first()) {
+    exchange_->compute([&] {
+      load_into(coarse_, timed(seconds, [&] {
+                  return cut_levels == 0 ? make_elastic_hierarchy(body) : coarse_of(body, std::move(uncut));
+                }));
+    });
+  }
   return seconds;
 }
 
@@ -241,27 +257,31 @@ void ElasticPieces::do_end() {
 }
 
 /// A level without stiffness ends it, so that it is a hierarchy as any other.
-ElasticHierarchy ElasticPieces::piece_of(const ElasticBody& whole, std::size_t piece, double& seconds) const {
+ElasticHierarchy ElasticPieces::piece_of(const ElasticBody& whole, std::size_t piece, OwnCells& cells) const {
   const std::size_t axes = whole.level.extent.axes();
   const Extent least{2, 2, axes == 3 ? 2 : 1};
+  const int uncut = share_.cut_levels();
   const BodyPart own(whole, share_.image().loaded[piece]);
-  ElasticHierarchy part = timed_hierarchy(own.body(), {.end = share_.cut_levels() + 1}, seconds);
+  auto [levels, coarsening] = make_fine_levels(own.body(), uncut);
+  cells = OwnCells(levels.back(), coarsening, in_piece(uncut, piece, share_.share(uncut).owned[piece]));
+  ElasticHierarchy part{.levels = std::move(levels), .coarsest_inverse = {}};
   part.levels.push_back(empty_level(least, part.levels[1].moments.size()));
   part.coarsest_inverse.assign(axes * least.sites() * axes * least.sites(), 0.0F);
   return part;
 }
 
 /// Nothing is asked of cut levels, so each is as small as the first one that is not cut.
-ElasticHierarchy ElasticPieces::coarse_of(const ElasticBody& whole, double& seconds) const {
-  const int first = share_.cut_levels();
-  ElasticHierarchy part = timed_hierarchy(whole, {.first = first}, seconds);
-  const Extent sites = part.levels[static_cast<std::size_t>(first)].grid.sites;
-  for (ElasticLevel& level : std::span(part.levels).first(static_cast<std::size_t>(first))) {
-    ElasticLevel small = empty_level(sites, level.moments.size());
-    small.ratio = level.ratio;
-    small.stride = level.stride;
-    small.bend = level.bend;
-    level = std::move(small);
+ElasticHierarchy ElasticPieces::coarse_of(const ElasticBody& whole, ParentLevel uncut) const {
+  const auto first = static_cast<std::size_t>(share_.cut_levels());
+  const Extent sites = uncut.level.grid.sites;
+  ElasticHierarchy part =
+      make_coarse_levels(whole, share_.cut_levels(), std::move(uncut.level), std::move(uncut.coarsening));
+  for (std::size_t level = 0; level < first; ++level) {
+    const bool has_site_moduli = level == 0 && sites.axes() == 3;
+    ElasticLevel small = empty_level(sites, has_site_moduli ? 1 : part.levels[first].moments.size());
+    small.ratio = part.levels[first].ratio;
+    small.stride = part.levels[level].stride;
+    part.levels[level] = std::move(small);
   }
   return part;
 }

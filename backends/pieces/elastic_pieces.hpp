@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/pieces/sharing.hpp"
+#include "backends/pieces/uncut_level.hpp"
 #include "backends/shared/elastic_session.hpp"
 
 #include <array>
@@ -38,8 +39,9 @@ private:
   void do_load(ElasticHierarchy& hierarchy) override;
   void do_end() override;
 
-  [[nodiscard]] ElasticHierarchy piece_of(const ElasticBody& whole, std::size_t piece, double& seconds) const;
-  [[nodiscard]] ElasticHierarchy coarse_of(const ElasticBody& whole, double& seconds) const;
+  /// Makes the levels of a piece, and takes from them what coarser ones are made of.
+  [[nodiscard]] ElasticHierarchy piece_of(const ElasticBody& whole, std::size_t piece, OwnCells& cells) const;
+  [[nodiscard]] ElasticHierarchy coarse_of(const ElasticBody& whole, ParentLevel uncut) const;
   void write_pieces(const MethodStep& step);
 
   /// How far beyond what a piece owns a field of a level is right, in sites.

@@ -20,6 +20,7 @@ struct Message {
 enum class Purpose {
   halos, ///< and levels on their way to or from the first piece
   sums,
+  cells,  ///< of the finest level that is not cut, on their way to the first piece
   results ///< what leaves the sessions for the host
 };
 

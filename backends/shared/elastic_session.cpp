@@ -1,7 +1,8 @@
 #include "backends/shared/elastic_session.hpp"
 
+#include "backends/shared/stopwatch.hpp"
+
 #include <array>
-#include <chrono>
 
 namespace hdmbench {
 
@@ -12,16 +13,9 @@ std::string_view MethodStep::name() const {
   return names.at(static_cast<std::size_t>(kind));
 }
 
-ElasticHierarchy timed_hierarchy(const ElasticBody& body, const LevelRange& range, double& seconds) {
-  const auto begin = std::chrono::steady_clock::now();
-  ElasticHierarchy made = make_elastic_hierarchy(body, range);
-  seconds += std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  return made;
-}
-
 double ElasticSession::do_load_body(const ElasticBody& body) {
   double seconds = 0.0;
-  load(timed_hierarchy(body, {}, seconds));
+  load(timed(seconds, [&] { return make_elastic_hierarchy(body); }));
   return seconds;
 }
 

@@ -163,10 +163,6 @@ private:
   ElasticHierarchy hierarchy_;
 };
 
-/// Makes levels of a body, and adds the seconds that this takes.
-[[nodiscard]] ElasticHierarchy timed_hierarchy(const ElasticBody& body, const LevelRange& range,
-                                               double& seconds);
-
 /// The next level of the tree: sums of 2 x 2, of a volume's of 2 x 2 x 2.
 [[nodiscard]] ScalarField square_sums(const ScalarField& sums, std::size_t axes);
 

@@ -1,10 +1,10 @@
 #pragma once
 
 #include "backends/device/recording.hpp"
+#include "backends/shared/stopwatch.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/check/verify.hpp"
 #include "harness/solve/methods/solver.hpp"
-#include "harness/solve/stopwatch.hpp"
 
 #include <functional>
 #include <memory>

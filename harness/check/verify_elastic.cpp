@@ -131,7 +131,7 @@ public:
 private:
   double do_load_body(const ElasticBody& body) override {
     double seconds = 0.0;
-    load(timed_hierarchy(body, {}, seconds));
+    load(timed(seconds, [&] { return make_elastic_hierarchy(body); }));
     reference_.load(body);
     each_present(followers_, [&](ElasticFollower& follower) {
       follower.session->load(body);

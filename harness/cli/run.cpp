@@ -1,3 +1,4 @@
+#include "backends/shared/stopwatch.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/cli/run_conditions.hpp"
@@ -16,7 +17,6 @@
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/request.hpp"
 #include "harness/solve/solve.hpp"
-#include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/level.hpp"
 #include "reference/finite_elements.hpp"

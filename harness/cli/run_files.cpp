@@ -1,12 +1,12 @@
 #include "harness/cli/run_files.hpp"
 
+#include "backends/shared/stopwatch.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/images/pixels.hpp"
 #include "harness/scene/row_fields.hpp"
-#include "harness/solve/stopwatch.hpp"
 
 #include <fmt/format.h>
 #include <fmt/ranges.h>

@@ -1,5 +1,6 @@
 #include "harness/judge/judge.hpp"
 
+#include "backends/shared/stopwatch.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/scene/images/images.hpp"
@@ -7,7 +8,6 @@
 #include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/solve/planner.hpp"
-#include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/level.hpp"
 #include "reference/finite_elements.hpp"

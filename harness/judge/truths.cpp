@@ -1,8 +1,8 @@
 #include "harness/judge/truths.hpp"
 
+#include "backends/shared/stopwatch.hpp"
 #include "harness/judge/diagnosis/measures.hpp"
 #include "harness/scene/laws.hpp"
-#include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/law_forces.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"

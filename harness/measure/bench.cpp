@@ -1,12 +1,12 @@
 #include "harness/measure/bench.hpp"
 
+#include "backends/shared/stopwatch.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/check/verify.hpp"
 #include "harness/measure/bench_case.hpp"
 #include "harness/measure/median.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
-#include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>

@@ -1,7 +1,7 @@
+#include "backends/shared/stopwatch.hpp"
 #include "harness/measure/bench_case.hpp"
 #include "harness/measure/kernels.hpp"
 #include "harness/scene/row_fields.hpp"
-#include "harness/solve/stopwatch.hpp"
 
 #include <fmt/format.h>
 

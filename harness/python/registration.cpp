@@ -1,10 +1,10 @@
 #include "harness/python/registration.hpp"
 
 #include "backends/registry.hpp"
+#include "backends/shared/stopwatch.hpp"
 #include "harness/applications/picture.hpp"
 #include "harness/applications/registration.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
-#include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <fmt/format.h>

@@ -1,10 +1,10 @@
 #include "harness/python/result.hpp"
 
 #include "backends/registry.hpp"
+#include "backends/shared/stopwatch.hpp"
 #include "harness/applications/gradient.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
 #include "kernels/data/interruption.hpp"
 

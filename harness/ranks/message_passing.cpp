@@ -1,6 +1,6 @@
 #include "harness/ranks/message_passing.hpp"
 
-#include "harness/solve/stopwatch.hpp"
+#include "backends/shared/stopwatch.hpp"
 
 #include <fmt/format.h>
 #include <mpi.h>

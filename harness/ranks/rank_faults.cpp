@@ -92,6 +92,15 @@ void add_up(std::vector<Message>& arrived) {
   }
 }
 
+/// The first moment, which is their mean modulus, by the last digit.
+void stiffen_cells(std::vector<Message>& arrived) {
+  for (Message& message : arrived) {
+    const auto sites = static_cast<std::ptrdiff_t>(message.way.sites.extent().sites());
+    std::for_each(message.values.begin(), message.values.begin() + sites,
+                  [](float& value) { value = std::nextafter(value, 2.0F * value); });
+  }
+}
+
 /// A tile of 16 x 16 at rest is not woken by a halo that is renewed in it.
 Fault unwoken_tiles() {
   const auto tiles = std::make_shared<RestingTiles>();
@@ -155,6 +164,9 @@ std::vector<RankFault> rank_faults() {
                              }
                            }
                          }}));
+  all.push_back(elastic({.name = "other-cells-of-coarse-levels",
+                         .what = "the cells that the first rank gets for coarse levels are stiffer",
+                         .in_cells = stiffen_cells}));
   all.push_back(elastic({.name = "sum-in-rank-order",
                          .what = "a dot product is the sum of each rank's own sum",
                          .in_sums = add_up}));
@@ -174,6 +186,8 @@ std::vector<Message> FaultyExchange::exchange(std::span<const Transfer> ways, st
   std::vector<Message> arrived = sound_.exchange(ways, std::move(leaving), arrays, purpose);
   if (purpose == Purpose::sums && fault_.in_sums) {
     fault_.in_sums(arrived);
+  } else if (purpose == Purpose::cells && fault_.in_cells) {
+    fault_.in_cells(arrived);
   } else if (purpose == Purpose::halos && fault_.in_halos) {
     fault_.in_halos(arrived, ways);
   }

@@ -29,6 +29,8 @@ struct RankFault {
   std::function<std::int64_t(std::int64_t, std::size_t rank)> in_count{};
   /// Spoils what the first rank got of a sum.
   std::function<void(std::vector<Message>&)> in_sums{};
+  /// Spoils what the first rank got of the cells of other ranks.
+  std::function<void(std::vector<Message>&)> in_cells{};
   /// Spoils the piece of a level that this rank loads, or of an elastic body.
   std::function<void(Level&, std::size_t rank)> in_level{};
   std::function<void(ElasticHierarchy&, std::size_t rank)> in_sheet{};

@@ -1,10 +1,10 @@
 // What a run comes to on one screen: the numbers below the verdict, and the text for a terminal.
 
+#include "backends/shared/stopwatch.hpp"
 #include "harness/report/report.hpp"
 #include "harness/report/results.hpp"
 #include "harness/report/table.hpp"
 #include "harness/report/verdict.hpp"
-#include "harness/solve/stopwatch.hpp"
 
 #include <fmt/format.h>
 

@@ -1,6 +1,6 @@
 #include "harness/report/table.hpp"
 
-#include "harness/solve/stopwatch.hpp"
+#include "backends/shared/stopwatch.hpp"
 
 #include <fmt/args.h>
 #include <fmt/format.h>

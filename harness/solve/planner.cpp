@@ -1,5 +1,6 @@
 #include "harness/solve/planner.hpp"
 
+#include "backends/shared/stopwatch.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/level_parts.hpp"
 #include "harness/solve/methods/elastic.hpp"
@@ -8,7 +9,6 @@
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/sampled_image.hpp"
 #include "harness/solve/set_aside.hpp"
-#include "harness/solve/stopwatch.hpp"
 #include "harness/solve/unloading.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/law_forces.hpp"

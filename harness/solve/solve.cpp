@@ -1,8 +1,8 @@
 #include "harness/solve/solve.hpp"
 
+#include "backends/shared/stopwatch.hpp"
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
-#include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/springs.hpp"
 
 #include <fmt/format.h>

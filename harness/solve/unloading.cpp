@@ -1,11 +1,11 @@
 #include "harness/solve/unloading.hpp"
 
 #include "backends/cpu/cpu.hpp"
+#include "backends/shared/stopwatch.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/level_parts.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/laws.hpp"
-#include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/hierarchy.hpp"
 #include "kernels/data/elastic/law_forces.hpp"
 #include "kernels/data/elastic/springs.hpp"

@@ -1,5 +1,6 @@
 #include "harness/judge/atlas/atlas.hpp"
 
+#include "backends/shared/stopwatch.hpp"
 #include "harness/check/compare.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/truths.hpp"
@@ -7,7 +8,6 @@
 #include "harness/scene/method.hpp"
 #include "harness/scene/row_fields.hpp"
 #include "harness/solve/methods/solver.hpp"
-#include "harness/solve/stopwatch.hpp"
 #include "kernels/data/input_error.hpp"
 #include "reference/fixed_point.hpp"
 

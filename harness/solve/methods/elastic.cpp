@@ -1,11 +1,11 @@
 #include "harness/solve/methods/elastic.hpp"
 
+#include "backends/shared/stopwatch.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/laws.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "harness/solve/set_aside.hpp"
-#include "harness/solve/stopwatch.hpp"
 
 #include <fmt/format.h>
 

@@ -1,8 +1,8 @@
 #include "harness/solve/methods/elastic.hpp"
 
+#include "backends/shared/stopwatch.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
-#include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"

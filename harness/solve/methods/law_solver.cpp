@@ -1,9 +1,9 @@
 #include "harness/solve/methods/law_solver.hpp"
 
+#include "backends/shared/stopwatch.hpp"
 #include "harness/solve/methods/buckling.hpp"
 #include "harness/solve/methods/laws.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
-#include "harness/solve/stopwatch.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/interruption.hpp"

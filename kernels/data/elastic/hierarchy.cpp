@@ -23,20 +23,6 @@ constexpr std::size_t cells_worth_threads = sites_worth_threads / 8;
 /// Masked cells that a thread makes at a time. A matrix takes microseconds, so that a few are worth threads.
 constexpr std::size_t masked_together = 8;
 
-/// What a coarser level has to know of a level's cells.
-enum class CellKind : std::uint8_t {
-  whole,  ///< described by its moments, no basis function of it cut
-  masked, ///< in the list of masked cells
-  empty   ///< nothing of it can move, or there is nothing of it
-};
-
-/// A level's cells without a ring; `index` of a masked one in ElasticLevel::masked.
-struct CellKinds {
-  Extent extent;
-  std::vector<CellKind> kind;
-  std::vector<std::uint32_t> index;
-};
-
 /// call(place of its first cell, y, z) for every row of cells, a thread a row.
 template <typename Call>
 void for_each_row(Extent cells, const Call& call) {
@@ -270,16 +256,23 @@ CellKinds add_springs(ElasticLevel& image, double unit, const SpringAt& spring_a
 bool is_coarsest(Extent sites) {
   return std::max({sites.width, sites.height, sites.depth}) - 1 <= most_coarsest_cells(sites.axes());
 }
+bool has_coarser(const ElasticLevel& level) {
+  return !is_coarsest(level.grid.sites);
+}
+
+/// ElasticLevel::bend of the image.
+float bend_of(const ElasticBody& body) {
+  return body.level.extent.axes() == 2 || body.model.integration == Integration::full ? 1.0F : 0.0F;
+}
 
 /// Makes the sites of levels respond, one level after the other from the image on.
 class Responses {
 public:
-  /// `bend`: of the image's cells.
-  Responses(const ElasticBody& body, float bend)
+  explicit Responses(const ElasticBody& body)
       : full_(body.level), moduli_{body.whole_modulus != nullptr ? *body.whole_modulus : body.level.modulus,
                                    body.first},
         poisson_(body.model.poisson), sides_(body.level.sides), contrast_(contrast_of(moduli_.whole)),
-        bend_(bend) {
+        bend_(bend_of(body)) {
     prepare();
   }
 
@@ -332,12 +325,13 @@ private:
 };
 
 /// The image itself, without masked cells; sites do not respond yet.
-ElasticLevel image_level(const Level& full, const ElasticModel& model) {
+ElasticLevel image_level(const ElasticBody& body) {
+  const Level& full = body.level;
   const bool is_volume = full.extent.axes() == 3;
   ElasticLevel image = empty_level(full.extent, is_volume ? 1 : 6);
-  image.ratio = ElasticRatios<float>::of(model.poisson, full.sides);
+  image.ratio = ElasticRatios<float>::of(body.model.poisson, full.sides);
+  image.bend = bend_of(body);
   if (is_volume) {
-    image.bend = model.integration == Integration::full ? 1.0F : 0.0F;
     set_volume_moments(image, full);
   } else {
     set_image_moments(image, full);
@@ -345,70 +339,44 @@ ElasticLevel image_level(const Level& full, const ElasticModel& model) {
   return image;
 }
 
-/// Leaves nothing of a level but its shape.
-void strip(ElasticLevel& level) {
-  for (auto* const arrays : {&level.moments, &level.response}) {
-    std::ranges::fill(*arrays, std::vector<float>());
+/// The image, from which the other levels are made. `spring_at` is null where there are no springs.
+template <typename SpringAt>
+Coarsening add_image(const ElasticBody& body, std::vector<ElasticLevel>& levels, const SpringAt* spring_at) {
+  const Level& full = body.level;
+  ElasticLevel& image = levels.emplace_back(image_level(body));
+  Coarsening coarsening{.kinds = {}, .prescribed = Prescribed(full, image.grid)};
+  may_end_here();
+  if (spring_at != nullptr && full.extent.width > 1 && full.extent.height > 1) {
+    coarsening.kinds = add_springs(image, force_unit(full, body.model.poisson), *spring_at);
   }
-  level.masked = {};
+  return coarsening;
 }
 
-/// `spring_at` is null where there are no springs.
-template <typename SpringAt>
-ElasticHierarchy hierarchy_of(const ElasticBody& body, const LevelRange& range, const SpringAt* spring_at) {
-  const Level& full = body.level;
-  const bool is_volume = full.extent.axes() == 3;
-  ElasticHierarchy hierarchy;
-  ElasticLevel& image = hierarchy.levels.emplace_back(image_level(full, body.model));
-  Prescribed prescribed(full, image.grid); // of the last level
-  Responses responses(body, image.bend);
+/// The next coarser level, whose sites do not respond yet.
+void add_level(Responses& responses, std::vector<ElasticLevel>& levels, Coarsening& of) {
+  const ElasticLevel& fine = levels.back();
+  const std::size_t axes = fine.grid.axes();
+  const bool is_volume = axes == 3;
+  const Stride stride = stride_of(responses.sides(), axes);
+  responses.coarsen(stride);
+  ElasticLevel level = empty_level(coarser(fine.grid.sites, stride), is_volume ? 23 : 6);
+  level.stride = stride;
+  level.ratio = responses.ratio();
+  is_volume ? set_volume_parents(level, fine) : set_parent_moments(level, fine);
   may_end_here();
-  CellKinds kinds; // of the last level
-  if (spring_at != nullptr && full.extent.width > 1 && full.extent.height > 1) {
-    kinds = add_springs(image, force_unit(full, body.model.poisson), *spring_at);
+  const Prescribed* const of_fine = of.prescribed_components();
+  Prescribed coarse;
+  if (is_volume) {
+    coarse = Prescribed(of.prescribed, fine.grid, level.grid, stride);
   }
-  const auto number_of_last = [&] { return static_cast<int>(hierarchy.levels.size()) - 1; };
-  if (range.first == 0) {
-    responses.respond(image, &prescribed);
-  }
-  while (range.end ? number_of_last() + 1 < *range.end : !is_coarsest(hierarchy.levels.back().grid.sites)) {
-    ElasticLevel& fine = hierarchy.levels.back();
-    const bool is_image = number_of_last() == 0;
-    const Stride stride = stride_of(responses.sides(), full.extent.axes());
-    responses.coarsen(stride);
-    ElasticLevel level = empty_level(coarser(fine.grid.sites, stride), is_volume ? 23 : 6);
-    level.stride = stride;
-    level.ratio = responses.ratio();
-    is_volume ? set_volume_parents(level, fine) : set_parent_moments(level, fine);
-    may_end_here();
-    const Prescribed* const of_fine = is_image || is_volume ? &prescribed : nullptr;
-    std::optional<Prescribed> coarse;
-    if (is_volume) {
-      coarse.emplace(prescribed, fine.grid, level.grid, stride);
-    }
-    CellKinds coarse_kinds =
-        is_volume ? kinds_of<3>(level.grid.cells(), fine.grid, of_fine, &*coarse, level.grid, stride, kinds)
-                  : kinds_of<2>(level.grid.cells(), fine.grid, of_fine, nullptr, level.grid, stride, kinds);
-    may_end_here();
-    set_masked_cells(level, coarse_kinds,
-                     [&](int x, int y, int z) { return galerkin(fine, stride, kinds, of_fine, x, y, z); });
-    if (coarse) {
-      prescribed = std::move(*coarse);
-    }
-    if (number_of_last() < range.first) {
-      strip(fine);
-    }
-    kinds = std::move(coarse_kinds);
-    hierarchy.levels.push_back(std::move(level));
-    if (number_of_last() >= range.first) {
-      responses.respond(hierarchy.levels.back(), is_volume ? &prescribed : nullptr);
-    }
-  }
-  if (!range.end) {
-    hierarchy.coarsest_inverse = coarsest_inverse(
-        hierarchy.levels.back(), is_volume || hierarchy.levels.size() == 1 ? &prescribed : nullptr);
-  }
-  return hierarchy;
+  CellKinds kinds =
+      is_volume ? kinds_of<3>(level.grid.cells(), fine.grid, of_fine, &coarse, level.grid, stride, of.kinds)
+                : kinds_of<2>(level.grid.cells(), fine.grid, of_fine, nullptr, level.grid, stride, of.kinds);
+  may_end_here();
+  set_masked_cells(level, kinds,
+                   [&](int x, int y, int z) { return galerkin(fine, stride, of.kinds, of_fine, x, y, z); });
+  of = {.kinds = std::move(kinds), .prescribed = std::move(coarse)};
+  levels.push_back(std::move(level));
 }
 
 /// The springs that confidences below 1 make, and those by direction.
@@ -423,6 +391,34 @@ auto springs_of(const Level& full) {
     }
     return spring;
   };
+}
+
+Coarsening add_image(const ElasticBody& body, std::vector<ElasticLevel>& levels) {
+  if (body.site_springs != nullptr) {
+    const auto spring_at = [&springs = *body.site_springs](std::size_t at) {
+      Spring spring{};
+      std::ranges::transform(springs.entries, spring.begin(), [at](const std::vector<float>& entry) {
+        return static_cast<double>(entry[at]);
+      });
+      return spring;
+    };
+    return add_image(body, levels, &spring_at);
+  }
+  const auto spring_at = springs_of(body.level);
+  const bool pulls = body.springs == Springs::pull && has_springs(body.level);
+  return add_image(body, levels, pulls ? &spring_at : nullptr);
+}
+
+/// Adds levels as long as more(the last one), which respond.
+template <typename More>
+Coarsening add_levels(Responses& responses, std::vector<ElasticLevel>& levels, Coarsening of,
+                      const More& more) {
+  responses.respond(levels.back(), of.prescribed_components());
+  while (more(levels.back())) {
+    add_level(responses, levels, of);
+    responses.respond(levels.back(), of.prescribed_components());
+  }
+  return of;
 }
 
 } // namespace
@@ -464,20 +460,37 @@ Prescribed::Prescribed(const Prescribed& fine, const RingedGrid& fine_grid, cons
   }
 }
 
-ElasticHierarchy make_elastic_hierarchy(const ElasticBody& body, const LevelRange& range) {
-  if (body.site_springs != nullptr) {
-    const auto spring_at = [&springs = *body.site_springs](std::size_t at) {
-      Spring spring{};
-      std::ranges::transform(springs.entries, spring.begin(), [at](const std::vector<float>& entry) {
-        return static_cast<double>(entry[at]);
-      });
-      return spring;
-    };
-    return hierarchy_of(body, range, &spring_at);
+FineLevels make_fine_levels(const ElasticBody& body, int coarse) {
+  FineLevels made;
+  Coarsening of = add_image(body, made.levels);
+  Responses responses(body);
+  made.coarsening = add_levels(responses, made.levels, std::move(of), [&](const ElasticLevel&) {
+    return static_cast<int>(made.levels.size()) <= coarse;
+  });
+  return made;
+}
+
+ElasticHierarchy make_elastic_hierarchy(const ElasticBody& body) {
+  ElasticHierarchy hierarchy;
+  Coarsening of = add_image(body, hierarchy.levels);
+  Responses responses(body);
+  of = add_levels(responses, hierarchy.levels, std::move(of), has_coarser);
+  hierarchy.coarsest_inverse = coarsest_inverse(hierarchy.levels.back(), of.prescribed_components());
+  return hierarchy;
+}
+
+ElasticHierarchy make_coarse_levels(const ElasticBody& body, int number, ElasticLevel level,
+                                    Coarsening coarsening) {
+  ElasticHierarchy hierarchy = outline_of(body.level.extent, body.level.sides);
+  hierarchy.levels.resize(static_cast<std::size_t>(number) + 1);
+  Responses responses(body);
+  for (auto next = hierarchy.levels.begin() + 1; next != hierarchy.levels.end(); ++next) {
+    responses.coarsen(next->stride);
   }
-  const auto spring_at = springs_of(body.level);
-  const bool pulls = body.springs == Springs::pull && has_springs(body.level);
-  return hierarchy_of(body, range, pulls ? &spring_at : nullptr);
+  hierarchy.levels.back() = std::move(level);
+  coarsening = add_levels(responses, hierarchy.levels, std::move(coarsening), has_coarser);
+  hierarchy.coarsest_inverse = coarsest_inverse(hierarchy.levels.back(), coarsening.prescribed_components());
+  return hierarchy;
 }
 
 ElasticHierarchy outline_of(Extent sites, std::array<double, 3> sides) {

@@ -8,7 +8,6 @@
 #include <algorithm>
 #include <array>
 #include <cstddef>
-#include <optional>
 #include <vector>
 
 namespace hdmbench {
@@ -141,14 +140,8 @@ struct ElasticBody {
   std::array<int, 3> first{}; ///< the site of that body which is the first one here
 };
 
-/// Which levels of a hierarchy are wanted.
-struct LevelRange {
-  int first = 0;            ///< those before it have their shape only
-  std::optional<int> end{}; ///< without the one of this number and those beyond, and so without an inverse
-};
-
 /// Makes a body's levels. The same bits whatever the number of threads. Coarse levels integrate in full.
-[[nodiscard]] ElasticHierarchy make_elastic_hierarchy(const ElasticBody& body, const LevelRange& range = {});
+[[nodiscard]] ElasticHierarchy make_elastic_hierarchy(const ElasticBody& body);
 
 /// Returns the shape of all levels of a body with pixels or voxels of these sides: grids and strides.
 [[nodiscard]] ElasticHierarchy outline_of(Extent sites, std::array<double, 3> sides);

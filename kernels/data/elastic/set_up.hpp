@@ -9,8 +9,23 @@
 
 namespace hdmbench {
 
+/// What a coarser level has to know of a level's cells.
+enum class CellKind : std::uint8_t {
+  whole,  ///< described by its moments, no basis function of it cut
+  masked, ///< in the list of masked cells
+  empty   ///< nothing of it can move, or there is nothing of it
+};
+
+/// A level's cells without a ring; `index` of a masked one in ElasticLevel::masked.
+struct CellKinds {
+  Extent extent;
+  std::vector<CellKind> kind;
+  std::vector<std::uint32_t> index;
+};
+
 /// 1 where a component is prescribed, else 0, with the grid's ring, which is not.
 struct Prescribed {
+  Prescribed() = default;
   /// Takes the components that the image prescribes.
   Prescribed(const Level& full, const RingedGrid& grid);
   /// Takes for a coarse level of a volume what the fine sites at the same places are.
@@ -19,6 +34,27 @@ struct Prescribed {
 
   std::vector<std::vector<std::uint8_t>> component;
 };
+
+/// What the level after the last one is made of, besides that one's arrays.
+struct Coarsening {
+  CellKinds kinds;
+  Prescribed prescribed; ///< of a coarse level of an image empty: all may move
+
+  /// Returns null where all may move.
+  [[nodiscard]] const Prescribed* prescribed_components() const {
+    return prescribed.component.empty() ? nullptr : &prescribed;
+  }
+};
+struct FineLevels {
+  std::vector<ElasticLevel> levels;
+  Coarsening coarsening; ///< of the last one
+};
+/// Makes the image and the next `coarse` levels of a body.
+[[nodiscard]] FineLevels make_fine_levels(const ElasticBody& body, int coarse);
+/// Makes the levels from `number` > 0 on of a body from that one, of which it makes the response anew. Those
+/// before have their shape only. Moduli and sides are all that is read of `body`.
+[[nodiscard]] ElasticHierarchy make_coarse_levels(const ElasticBody& body, int number, ElasticLevel level,
+                                                  Coarsening coarsening);
 
 /// Returns the inverse of a 3 x 3 matrix, symmetric_entry() of each. Rows and columns of a diagonal entry
 /// that is not above 0 are left out. Without a branch, so that a loop over sites becomes one of vectors.
