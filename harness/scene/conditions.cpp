@@ -6,11 +6,13 @@
 #include "kernels/data/elastic/springs.hpp"
 
 #include <fmt/format.h>
+#include <fmt/ranges.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace hdmbench {
 
@@ -102,11 +104,13 @@ Condition read_condition(TomlReader& table, bool may_be_springs, double spacing,
   }
   table.finish();
   const bool moves_along = condition.along != Components{};
+  const std::string keys = fmt::format("{}", fmt::join(std::span(components).first(extent.axes()), ", "));
   if (!moves_along && !condition.outward && !condition.slides) {
-    table.fail("where", "has no displacement beside it: give dx, dy or outward, or slide = true");
+    table.fail("where", fmt::format("has no displacement beside it: give {}{}, or slide = true", keys,
+                                    condition.where == Where::labels ? "" : " or outward"));
   }
   if (condition.outward && moves_along) {
-    table.fail("outward", "cannot stand beside dx or dy");
+    table.fail("outward", fmt::format("cannot stand beside {}", keys));
   }
   return condition;
 }
