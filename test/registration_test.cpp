@@ -1,10 +1,12 @@
 // Registration of small pictures: what it finds, what it refuses.
 
 #include "harness/applications/registration.hpp"
+#include "harness/check/compare.hpp"
 #include "harness/judge/registration/plastimatch.hpp"
 #include "harness/judge/registration/rivals.hpp"
 #include "harness/judge/truths.hpp"
 #include "harness/solve/methods/elastic.hpp"
+#include "kernels/data/elastic/conditions.hpp"
 #include "reference/finite_elements.hpp"
 #include "test/files.hpp"
 #include "test/person.hpp"
@@ -134,6 +136,35 @@ TEST(IteratedRegistration, FindsInAVolumeWhatNoElasticBodyDoes) {
   const RegistrationError after = error_of(iterated(scene, pair).displacement, pair, scene.labels);
   EXPECT_GT(before.tissue, 2.0);
   EXPECT_LT(after.tissue, 0.5);
+}
+
+TEST(IteratedRegistration, KnowsNoUnitOfModuli) {
+  for (const Scene& scene : {small_brain(64), small_brain(40, 33)}) {
+    SCOPED_TRACE(scene.extent().text());
+    const PlantedPair pair = plant(scene, PlantedOptions{.amplitude = 4.0, .seed = seed});
+    const VectorField found = iterated(scene, pair).displacement;
+    Scene softer = scene;
+    for (float& modulus : softer.full.modulus.values) {
+      modulus *= 0x1p-13F; // exact, and about what the brain has in MPa
+    }
+    EXPECT_EQ(compare(found, iterated(softer, pair).displacement).sites, 0U);
+  }
+}
+
+TEST(IteratedRegistration, HoldsTissueWithVoidAround) {
+  for (Scene scene : {small_brain(64), small_brain(40, 33)}) {
+    SCOPED_TRACE(scene.extent().text());
+    const PlantedPair pair = plant(scene, PlantedOptions{.amplitude = 4.0, .seed = seed});
+    const double plain = error_of(iterated(scene, pair).displacement, pair, scene.labels).tissue;
+    const float filling = 0.5F * void_modulus(scene.full);
+    for (std::size_t site = 0; site < scene.extent().sites(); ++site) {
+      float& modulus = scene.full.modulus.values[site];
+      modulus = scene.labels.values[site] > 0 ? modulus : filling;
+    }
+    const IteratedRegistration found = iterated(scene, pair);
+    EXPECT_LT(error_of(found.displacement, pair, scene.labels).tissue, 1.1 * plain);
+    EXPECT_TRUE(found.converged);
+  }
 }
 
 /// Another's program on a volume, where it is installed. A field that led the wrong way or along other axes

@@ -3,6 +3,7 @@
 #include "harness/applications/picture.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/methods/elastic.hpp"
+#include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/input_error.hpp"
 
 #include <Eigen/Cholesky>
@@ -29,6 +30,13 @@ constexpr float unseen_softness = 0.05F;
 constexpr double driving_share = 0.5;
 constexpr double resistance_to_driving = 0.01; // of the energy that the forces put in: less is no information
 constexpr double largest_spring = 1e3;         // times the modulus of the site: no more than float can bear
+/// Gray values from one pixel to the next, all axes together: less shows nothing.
+constexpr float least_structure = 2.0F;
+/// IteratedOptions::stiffness was chosen on scenes in which most of the brain has this modulus, MPa.
+constexpr float usual_modulus = 20.0F;
+/// What void is taken for, over that: about what is outside the head in those scenes. It shows noise, which
+/// would move it far if it did not resist.
+constexpr float void_stiffness = 0.5F;
 
 /// One level of the pictures.
 struct PictureLevel {
@@ -54,19 +62,44 @@ struct Evidence {
   double outliers = 0.0;
 };
 
-/// Of the magnitudes of those that are seen and have structure; 0 without any.
-double robust_deviation(const ScalarField& differences, const VectorField& slope, const ScalarField& unseen) {
-  std::vector<float> magnitudes;
-  for (std::size_t site = 0; site < differences.values.size(); ++site) {
+/// Returns value(site) of all that are seen and have structure.
+template <typename Value>
+std::vector<float> where_seen(const VectorField& slope, const ScalarField& unseen, const Value& value) {
+  std::vector<float> values;
+  for (std::size_t site = 0; site < slope.extent.sites(); ++site) {
     float steepness = 0.0F;
     for (std::size_t axis = 0; axis < slope.extent.axes(); ++axis) {
       steepness += std::abs(slope[axis][site]);
     }
-    if (is_seen(unseen, site) && steepness > 2.0F) {
-      magnitudes.push_back(std::abs(differences.values[site]));
+    if (is_seen(unseen, site) && steepness > least_structure) {
+      values.push_back(value(site));
     }
   }
+  return values;
+}
+
+/// Of the differences; 0 where nothing has structure.
+double robust_deviation(const ScalarField& differences, const VectorField& slope, const ScalarField& unseen) {
+  std::vector<float> magnitudes =
+      where_seen(slope, unseen, [&](std::size_t site) { return std::abs(differences.values[site]); });
   return magnitudes.empty() ? 0.0 : static_cast<double>(median_of(magnitudes)) / 0.6745;
+}
+
+/// Returns the scene's moduli in a unit in which most tissue that the picture shows has the usual one: what
+/// moves is a matter of their ratios alone, and pictures are weighed against that tissue, in MPa or not. What
+/// has label 0 is no tissue, nor is void.
+ScalarField usual_moduli(const ScalarField& source, const Scene& scene, const ScalarField& unseen) {
+  ScalarField modulus = scene.full.modulus;
+  const float least = void_modulus(scene.full);
+  std::vector<float> shown = where_seen(gradient(source), unseen, [&](std::size_t site) {
+    return scene.labels.values.empty() || scene.labels.values[site] > 0 ? modulus.values[site] : 0.0F;
+  });
+  std::erase_if(shown, [least](float value) { return value < least; });
+  const float unit = shown.empty() ? 1.0F : usual_modulus / median_of(shown);
+  std::ranges::for_each(modulus.values, [unit, least](float& value) {
+    value = value < least ? void_stiffness * usual_modulus : value * unit;
+  });
+  return modulus;
 }
 
 /// What a Gaussian leaves of white noise.
@@ -414,9 +447,10 @@ std::vector<PictureLevel> picture_levels(const ScalarField& source, const Scalar
     std::ranges::transform(scene.labels.values, still.values.begin(),
                            [](int label) { return label > 0 ? 0.0F : 1.0F; });
   }
-  const ScalarField& modulus = scene.full.modulus;
-  std::vector<PictureLevel> levels{
-      {source, target, source.extent.depth > 1 ? halved_mean(modulus) : modulus, unseen, std::move(still)}};
+  ScalarField modulus = usual_moduli(source, scene, unseen);
+  std::vector<PictureLevel> levels{{source, target,
+                                    source.extent.depth > 1 ? halved_mean(modulus) : std::move(modulus),
+                                    unseen, std::move(still)}};
   const auto shortest = [](Extent extent) {
     const std::array<int, 3> sides = extent.sides();
     return *std::min_element(sides.begin(), sides.begin() + static_cast<std::ptrdiff_t>(extent.axes()));
