@@ -148,6 +148,10 @@ TEST(IteratedRegistration, KnowsNoUnitOfModuli) {
       modulus *= 0x1p-13F; // exact, and about what the brain has in MPa
     }
     EXPECT_EQ(compare(found, iterated(softer, pair).displacement).sites, 0U);
+    if (scene.extent().axes() == 2) { // nor what is planted
+      const PlantedOptions cut{.kind = Planted::resection, .amplitude = 4.0, .seed = seed};
+      EXPECT_EQ(compare(plant(scene, cut).truth, plant(softer, cut).truth).sites, 0U);
+    }
   }
 }
 

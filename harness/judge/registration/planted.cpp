@@ -24,7 +24,10 @@ double mesh_width_of(Extent extent) {
                            : std::max(3.0, std::cbrt(static_cast<double>(extent.sites()) / volume_nodes));
 }
 
-using Way = std::array<double, 3>;   // pixels
+using Way = std::array<double, 3>; // pixels
+/// The modulus where tissue was taken out over that of the tissue.
+constexpr double resected_share = 0.015;
+
 using Place = std::array<double, 3>; // pixels; z is 0 in an image
 
 /// The deformation of a scene's tissue on a mesh of its own, at the scene's sites. modulus(place, labelled)
@@ -238,9 +241,12 @@ PlantedPair plant(const Scene& scene, const PlantedOptions& options) {
   const auto is_inside = [&](const Place& at) {
     return std::hypot(at[0] - centre[0], at[1] - centre[1]) <= radius;
   };
+  const std::size_t around =
+      extent.index(static_cast<int>(std::lround(centre[0])), static_cast<int>(std::lround(centre[1])), 0);
+  const double resected = resected_share * static_cast<double>(scene.full.modulus.values[around]);
   PlantedPair pair;
   pair.truth = deformation(
-      scene, [&](const Place& at, double labelled) { return resects && is_inside(at) ? 0.3 : labelled; },
+      scene, [&](const Place& at, double labelled) { return resects && is_inside(at) ? resected : labelled; },
       [&](const Place& at, int label) -> std::optional<Way> {
         if (grows && is_inside(at)) {
           return Way{options.amplitude * (at[0] - centre[0]) / radius,
