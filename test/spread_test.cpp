@@ -4,6 +4,7 @@
 #include "harness/applications/spread.hpp"
 #include "harness/scene/images/pixels.hpp"
 #include "harness/scene/points.hpp"
+#include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "reference/finite_elements.hpp"
 #include "test/files.hpp"
@@ -258,6 +259,42 @@ TEST_F(SpreadTest, IsLeastWhereThereIsAPoint) {
   EXPECT_LT(deviation_at(28, 8), 0.3);
   EXPECT_GT(deviation_at(32, 0), 2.0 * deviation_at(28, 8));
   EXPECT_GT(spread.least_certain.deviation, deviation_at(28, 8));
+}
+
+/// Void moves as it likes, and is no place to measure.
+TEST_F(SpreadTest, VoidDoesNotCount) {
+  for (const Extent extent : {Extent{48, 17}, {32, 8, 8}}) {
+    SCOPED_TRACE(extent.text());
+    const bool is_volume = extent.axes() == 3;
+    Scene scene = load(extent, 1.0, fmt::format("16 4 {} 1 0 0 0.2\n", is_volume ? 4 : 0));
+    const int end = 2 * extent.width / 3 / 3 * 3; // of the tissue, and of a block
+    const float filling = 0.5F * void_modulus(scene.full);
+    double tissue = 0.0;
+    double sites = 0.0;
+    const auto is_tissue = [end](int x) { return x < end; };
+    for_each_site(extent, [&](int x, int y, int z) {
+      const std::size_t site = extent.index(x, y, z);
+      scene.labels.values[site] = is_tissue(x) ? 1 : 2;
+      scene.full.modulus.values[site] = is_tissue(x) ? scene.full.modulus.values[site] : filling;
+    });
+    set_inverse_modulus(scene.full);
+    Solver solver(test::find("openmp"), {});
+    const Spread spread = spread_of(scene, test::solved(scene, "openmp").displacement,
+                                    {.draws = 20, .seed = 1}, solver, test::silent());
+    double most = 0.0;
+    for_each_site(extent, [&](int x, int y, int z) {
+      double square = 0.0;
+      for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+        square += std::pow(double{spread.deviation[axis][extent.index(x, y, z)]}, 2);
+      }
+      tissue += is_tissue(x) ? square : 0.0;
+      sites += is_tissue(x) ? 1.0 : 0.0;
+      most = std::max(most, is_tissue(x) ? 0.0 : square);
+    });
+    EXPECT_NEAR(spread.typical, std::sqrt(tissue / sites), 1e-6 * spread.typical);
+    EXPECT_GT(most, 4.0 * tissue / sites) << "void is as certain as tissue, and this test shows nothing";
+    EXPECT_LT(spread.least_certain.at[0], end);
+  }
 }
 
 TEST_F(SpreadTest, RefusesWhatMeansNothing) {

@@ -42,7 +42,7 @@ constexpr float void_stiffness = 0.5F;
 struct PictureLevel {
   ScalarField source;
   ScalarField target;
-  ScalarField modulus; ///< MPa, at every pixel, or in a volume at every second one along each axis
+  ScalarField modulus; ///< of usual_moduli(), at every pixel, or in a volume every second one along each axis
   ScalarField unseen;  ///< empty: none
   ScalarField still;   ///< what is not tissue; empty: not known
 };

@@ -3,6 +3,7 @@
 #include "harness/scene/images/pixels.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/points.hpp"
+#include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/set_up.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/input_error.hpp"
@@ -185,11 +186,13 @@ LeastCertain least_certain(const Scene& scene, const VectorField& deviation) {
   };
   std::vector<Sum> sums(grid.sites());
   const bool has_outside = std::ranges::any_of(scene.labels.values, [](int label) { return label != 0; });
+  const float least = void_modulus(scene.full);
   for_each_site(extent, [&](int x, int y, int z) {
     Sum& sum = sums[grid.index(x / block, y / block, z / block)];
     const std::size_t site = extent.index(x, y, z);
     ++sum.sites;
-    if (has_outside && scene.labels.values[site] == 0) { // nobody can measure there
+    if ((has_outside && scene.labels.values[site] == 0) || scene.full.modulus.values[site] < least) {
+      // nobody can measure there
       return;
     }
     ++sum.tissue;
@@ -211,6 +214,23 @@ LeastCertain least_certain(const Scene& scene, const VectorField& deviation) {
     }
   });
   return found;
+}
+
+/// The root mean square of the field's length, without void, which carries nothing: how it moves is nobody's
+/// question.
+double without_void(const Scene& scene, const VectorField& field) {
+  const float least = void_modulus(scene.full);
+  double sum = 0.0;
+  double sites = 0.0;
+  for (std::size_t site = 0; site < scene.extent().sites(); ++site) {
+    if (scene.full.modulus.values[site] >= least) {
+      sites += 1.0;
+      for (std::size_t axis = 0; axis < scene.extent().axes(); ++axis) {
+        sum += std::pow(double{field[axis][site]}, 2);
+      }
+    }
+  }
+  return std::sqrt(sum / sites);
 }
 
 /// The level without its springs and loads; none where conditions do not hold it then, so that nobody can say
@@ -513,8 +533,10 @@ Spread spread_of(const Scene& scene, const VectorField& solution, const SpreadRe
       moments.add(solve_to_share(enough, most_steps, resting_at(scene.full, by.rest), elastic).displacement);
     }
   }
-  Spread spread{moments.mean_from(solution), moments.deviation(), {}};
+  Spread spread{.mean = moments.mean_from(solution), .deviation = moments.deviation()};
   spread.least_certain = least_certain(scene, spread.deviation);
+  spread.moved = without_void(scene, spread.mean);
+  spread.typical = without_void(scene, spread.deviation);
   return spread;
 }
 

@@ -32,7 +32,9 @@ struct LeastCertain {
 struct Spread {
   VectorField mean;      ///< of the displacements that are drawn, pixels
   VectorField deviation; ///< of each component, pixels
-  LeastCertain least_certain;
+  LeastCertain least_certain{};
+  double moved = 0.0;   ///< root mean square of the length of `mean` over all but void, pixels
+  double typical = 0.0; ///< the same of `deviation`
 };
 
 /// Returns the scene with the modulus of each of its labels times e to the power of a draw of that deviation.

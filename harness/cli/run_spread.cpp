@@ -39,14 +39,6 @@ ScalarField spread_in_mm(const Scene& scene, const Spread& how_sure) {
   return field;
 }
 
-double root_mean_square(const ScalarField& field) {
-  double sum = 0.0;
-  for (const float value : field.values) {
-    sum += double{value} * double{value};
-  }
-  return std::sqrt(sum / static_cast<double>(field.values.size()));
-}
-
 } // namespace
 
 Placement::Vector place_of(const Scene& scene, const std::array<double, 3>& at) {
@@ -115,8 +107,8 @@ void report_spread(const Call& call, const Scene& scene, const SpreadOfRun& how_
   const ScalarField deviation = spread_in_mm(scene, *found);
   const LeastCertain& least = found->least_certain;
   const Placement::Vector at = place_of(scene, least.at);
-  const double typical = root_mean_square(deviation);
-  const double moved = root_mean_square(magnitude_of(found->mean)) * scene.spacing;
+  const double typical = found->typical * scene.spacing;
+  const double moved = found->moved * scene.spacing;
   json& result = row["uncertainty"];
   result = {{"draws", request->draws},
             {"seed", request->seed},
