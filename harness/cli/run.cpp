@@ -346,6 +346,7 @@ void print_phases(const json& row) {
              table_text(json::array({row["phases"]}),
                         "reading_seconds:reading|unloading_seconds:unloading|"
                         "solution_seconds:solution|setup_seconds:its set-up|"
+                        "left_out_seconds:left out|uncertainty_seconds:how sure|"
                         "diagnosis_seconds:diagnosis|pictures_seconds:pictures|transform_seconds:transform|"
                         "writing_seconds:writing|command_seconds:in all"));
 }
@@ -409,12 +410,15 @@ int run_scene(Call& call) {
   const Solution& solution = answer.solution();
   phases["solution_seconds"] = solving.seconds();
   phases["setup_seconds"] = solution.timings.projection + solution.timings.upload;
-  const auto left_out = misses_left_out(call, scene.points.size(), [&](Scene& of) {
-    return solve_request(of, request, backend, session, progress).solution().displacement;
-  });
+  const auto left_out = misses_left_out(
+      call, scene.points.size(),
+      [&](Scene& of) {
+        return solve_request(of, request, backend, session, progress).solution().displacement;
+      },
+      phases);
   std::string absurd = why_absurd(scene, solution);
   if (absurd.empty()) {
-    draw_spread(scene, solution.displacement, backend, session, progress, how_sure);
+    draw_spread(scene, solution.displacement, backend, session, progress, how_sure, phases);
   }
   const json by_rank = shared ? rows_of_ranks(call, registry, *shared, memory, *call.ranks) : json();
   if (!call.speaks()) { // all ranks have the same field

@@ -1,5 +1,6 @@
 #include "harness/cli/run_points.hpp"
 
+#include "backends/shared/stopwatch.hpp"
 #include "harness/report/table.hpp"
 #include "harness/scene/points.hpp"
 #include "kernels/data/input_error.hpp"
@@ -69,10 +70,12 @@ void require_points(const Call& call, const Scene& scene) {
 }
 
 std::vector<std::optional<double>> misses_left_out(Call& call, std::size_t points,
-                                                   const std::function<VectorField(Scene& scene)>& solve) {
+                                                   const std::function<VectorField(Scene& scene)>& solve,
+                                                   json& phases) {
   if (!call[leave_one_out]) {
     return {};
   }
+  const Clock clock;
   std::vector<std::optional<double>> misses(points);
   for (std::size_t point = 0; point < points; ++point) {
     call.idle_point = point;
@@ -84,6 +87,7 @@ std::vector<std::optional<double>> misses_left_out(Call& call, std::size_t point
     }
   }
   call.idle_point.reset();
+  phases["left_out_seconds"] = clock.seconds();
   return misses;
 }
 

@@ -1,5 +1,6 @@
 #include "harness/cli/run_spread.hpp"
 
+#include "backends/shared/stopwatch.hpp"
 #include "harness/cli/run_files.hpp"
 #include "harness/scene/points.hpp"
 
@@ -92,10 +93,12 @@ void require_spread(const Call& call, const Scene& scene, const SpreadOfRun& how
 }
 
 void draw_spread(const Scene& scene, const VectorField& solution, const Backend& backend,
-                 const SessionOptions& session, Progress& progress, SpreadOfRun& how_sure) {
+                 const SessionOptions& session, Progress& progress, SpreadOfRun& how_sure, json& phases) {
   if (how_sure.asked) {
+    const Clock clock;
     Solver solver(backend, session);
     how_sure.found = spread_of(scene, solution, *how_sure.asked, solver, progress);
+    phases["uncertainty_seconds"] = clock.seconds();
   }
 }
 

@@ -31,9 +31,11 @@ struct SpreadOfRun {
 void require_spread(const Call& call, const Scene& scene, const SpreadOfRun& how_sure,
                     const std::vector<std::string>& names);
 
-/// Finds the spread where one is asked for. `solution` is the scene's displacement, pixels.
+/// Finds the spread where one is asked for, and adds the seconds to the phases of the run. `solution` is the
+/// scene's displacement, pixels.
 void draw_spread(const Scene& scene, const VectorField& solution, const Backend& backend,
-                 const SessionOptions& session, Progress& progress, SpreadOfRun& how_sure);
+                 const SessionOptions& session, Progress& progress, SpreadOfRun& how_sure,
+                 nlohmann::json& phases);
 
 /// Prints how sure the displacement is and where it is least so, writes the files of --spread and --mean, and
 /// puts all into the row of the run; nothing where no spread was asked for.
