@@ -292,9 +292,13 @@ TEST_F(Transforms, TheCommandLeavesPointsOutInTurn) {
   const std::string run = fmt::format(
       "run '{}' --tissues '{}' --points '{}' --no-pictures --output '{}' ", path("labels.nrrd").string(),
       tissues.string(), write("both.txt", points[0] + points[1]).string(), path("out").string());
-  test::expect_run(0, fmt::format("{} --leave-one-out --json '{}'", run, path("run.json").string()),
-                   testing::HasSubstr("each left out in turn"));
-  const auto rows = test::read_json(path("run.json"))["results"][0]["points"];
+  test::expect_run(
+      0, fmt::format("{} --leave-one-out --uncertainty 2 --json '{}'", run, path("run.json").string()),
+      testing::AllOf(testing::HasSubstr("each left out in turn"), testing::HasSubstr("left out  how sure")));
+  const auto result = test::read_json(path("run.json"))["results"][0];
+  const auto rows = result["points"];
+  EXPECT_GT(result["phases"]["left_out_seconds"].get<double>(), 0.0);
+  EXPECT_GT(result["phases"]["uncertainty_seconds"].get<double>(), 0.0);
   const Scene both =
       load_scene(path("labels.nrrd").string(), {.tissues = tissues, .points = {path("both.txt")}});
   for (std::size_t left_out = 0; left_out < 2; ++left_out) {
