@@ -283,6 +283,19 @@ TEST_F(Transforms, TheCommandsMoveAPictureAsTheTissueMoves) {
   }
 }
 
+/// A volume from a file has one size, and `bench` takes it where it is told none.
+TEST_F(Transforms, TheCommandBenchTakesTheSizeOfAVolumeFromAFile) {
+  const Extent extent{10, 9, 8};
+  write_labels(path("labels.nrrd"), {extent, std::vector<int>(extent.sites(), 1)}, 2.0, {});
+  const std::string scene =
+      write("scene.toml", "energy = \"elastic\"\n[image]\nlabels = \"labels.nrrd\"\n[[tissue]]\nlabel = "
+                          "1\nmodulus = 3.0\n[[condition]]\nwhere = \"left\"\ndx = 1.0\ndy = 0.0\ndz = 0.0\n")
+          .string();
+  const std::string bench = "bench --backends openmp --no-ceilings --repeat 1 ";
+  test::expect_run(0, bench + "'" + scene + "'", testing::HasSubstr("10 x 9 x 8"));
+  test::expect_run(2, bench + "square '" + scene + "'", testing::HasSubstr("no sizes in common"));
+}
+
 /// What the program says of a point that is left out is what a scene says that never had it.
 TEST_F(Transforms, TheCommandLeavesPointsOutInTurn) {
   const Extent extent{10, 9, 8};

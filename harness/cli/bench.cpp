@@ -9,7 +9,9 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <functional>
 #include <iostream>
+#include <iterator>
 #include <limits>
 
 namespace hdmbench::commands {
@@ -210,16 +212,31 @@ std::vector<std::string> words_for_library(const Call& call) {
   return words;
 }
 
+/// The size of a volume that a scene has from files, which has no other; empty where it has none.
+std::string size_of_files(const std::string& scene) {
+  if (states_volume(scene) || files_of_scene(scene).size() < 2) { // the scene's own is one
+    return "";
+  }
+  const Extent extent = load_scene(scene).extent();
+  return extent.axes() == 3 ? extent.text("x") : "";
+}
+
 /// Sizes where the command line names none.
 std::vector<std::string> usual_sizes(const Call& call) {
   const std::vector<std::string>& scenes = call[option::scenes];
+  std::vector<std::string> of_files;
+  std::ranges::transform(scenes, std::back_inserter(of_files), size_of_files);
+  const bool differ = std::ranges::adjacent_find(of_files, std::not_equal_to<>()) != of_files.end();
+  if (!differ && !of_files.empty() && !of_files.front().empty()) {
+    return {of_files.front()};
+  }
   const auto volumes = static_cast<std::size_t>(std::ranges::count_if(scenes, states_volume));
-  if (volumes == 0) {
+  if (volumes == 0 && !differ) {
     return call[option::quick] ? std::vector<std::string>{"300", "600"}
                                : std::vector<std::string>{"300", "600", "1200"};
   }
   if (volumes < scenes.size()) {
-    throw InputError("images and volumes have no sizes in common: measure one of them, or give --sizes");
+    throw InputError("the scenes have no sizes in common: measure one of them, or give --sizes");
   }
   return call[option::quick] ? std::vector<std::string>{"64x64x64"}
                              : std::vector<std::string>{"64x64x64", "128x128x128"};
@@ -334,9 +351,11 @@ int bench_on_ranks(const Call& call, Ranks& ranks) {
       call[option::backends].size() > 1) {
     throw InputError("bench --scaling on ranks takes one scene, one size and one backend");
   }
-  const Extent size =
-      call[option::sizes].empty() ? Extent{1024, 1024} : parse_size(call[option::sizes].front());
   const std::string name = call[option::scenes].size() > 1 ? call[option::scenes][1] : "square";
+  const std::string own = size_of_files(name);
+  const Extent size = !call[option::sizes].empty() ? parse_size(call[option::sizes].front())
+                      : !own.empty()               ? parse_size(own)
+                                                   : Extent{1024, 1024};
   const std::string backends = call[option::backends].empty() ? "openmp" : call[option::backends].front();
   const auto registry = make_backends();
   Progress progress(ranks.is_first());
