@@ -32,17 +32,18 @@ constexpr double resistance_to_driving = 0.01; // of the energy that the forces 
 constexpr double largest_spring = 1e3;         // times the modulus of the site: no more than float can bear
 /// Gray values from one pixel to the next, all axes together: less shows nothing.
 constexpr float least_structure = 2.0F;
-/// IteratedOptions::stiffness was chosen on scenes in which most of the brain has this modulus, MPa.
-constexpr float usual_modulus = 20.0F;
-/// What void is taken for, over that: about what is outside the head in those scenes. It shows noise, which
-/// would move it far if it did not resist.
+/// The modulus that IteratedOptions::stiffness was chosen with. A site's evidence is weighed against its own
+/// tissue, so that neither the unit of moduli counts nor how stiff a skull is beside a brain.
+constexpr double usual_modulus = 20.0;
+/// What void is taken for, over the median of what is shown: it shows noise, which would move it far if it
+/// did not resist.
 constexpr float void_stiffness = 0.5F;
 
 /// One level of the pictures.
 struct PictureLevel {
   ScalarField source;
   ScalarField target;
-  ScalarField modulus; ///< of usual_moduli(), at every pixel, or in a volume every second one along each axis
+  ScalarField modulus; ///< MPa, at every pixel, or in a volume at every second one along each axis
   ScalarField unseen;  ///< empty: none
   ScalarField still;   ///< what is not tissue; empty: not known
 };
@@ -85,20 +86,18 @@ double robust_deviation(const ScalarField& differences, const VectorField& slope
   return magnitudes.empty() ? 0.0 : static_cast<double>(median_of(magnitudes)) / 0.6745;
 }
 
-/// Returns the scene's moduli in a unit in which most tissue that the picture shows has the usual one: what
-/// moves is a matter of their ratios alone, and pictures are weighed against that tissue, in MPa or not. What
-/// has label 0 is no tissue, nor is void.
-ScalarField usual_moduli(const ScalarField& source, const Scene& scene, const ScalarField& unseen) {
+/// Returns the scene's moduli, void as stiff as one cycle an iteration can take. What has label 0 is no
+/// tissue.
+ScalarField moduli_without_void(const ScalarField& source, const Scene& scene, const ScalarField& unseen) {
   ScalarField modulus = scene.full.modulus;
   const float least = void_modulus(scene.full);
   std::vector<float> shown = where_seen(gradient(source), unseen, [&](std::size_t site) {
     return scene.labels.values.empty() || scene.labels.values[site] > 0 ? modulus.values[site] : 0.0F;
   });
   std::erase_if(shown, [least](float value) { return value < least; });
-  const float unit = shown.empty() ? 1.0F : usual_modulus / median_of(shown);
-  std::ranges::for_each(modulus.values, [unit, least](float& value) {
-    value = value < least ? void_stiffness * usual_modulus : value * unit;
-  });
+  const float filling = shown.empty() ? least : void_stiffness * median_of(shown);
+  std::ranges::replace_if(
+      modulus.values, [least](float value) { return value < least; }, filling);
   return modulus;
 }
 
@@ -334,8 +333,8 @@ private:
     const double octaves = level_ + (number < 2 ? 1.0 : 0.0);
     const auto scale = static_cast<float>(outlier * deviation * std::exp2(octaves));
     const double stiffness = (extent.axes() == 3 ? 0.5 : 1.0) * options_.stiffness;
-    const auto unit = static_cast<float>(1.0 / (stiffness * noise_ * noise_));
-    ScalarField weight(extent); // of a difference, squared; 0 where nobody looks
+    const auto unit = static_cast<float>(1.0 / (stiffness * usual_modulus * noise_ * noise_));
+    ScalarField weight(extent); // of a difference, squared, over a modulus; 0 where nobody looks
     double robust = 0.0;
     double weights = 0.0;
     double outliers = 0.0;
@@ -383,12 +382,13 @@ private:
     }
   }
 
-  /// Sets the evidence of a site of the sheet. `weight`: of each pixel's squared difference.
+  /// Sets the evidence of a site of the sheet. `weight`: of each pixel's squared difference, over a modulus.
   void gather(const Sight& sight, const ScalarField& weight, const std::array<int, 3>& at,
               Evidence& evidence) const {
     const std::size_t axes = sheet_.extent.axes();
     const std::size_t own = sheet_.extent.index(at[0], at[1], at[2]);
-    const float most = static_cast<float>(largest_spring) * sheet_.modulus.values[own];
+    const float own_modulus = sheet_.modulus.values[own];
+    const float most = static_cast<float>(largest_spring) * own_modulus;
     std::array<float, 6> structure{};
     std::array<float, 3> pull{};
     for_each_pixel(at, [&](std::size_t pixel, float share) {
@@ -396,7 +396,7 @@ private:
       for (std::size_t axis = 0; axis < axes; ++axis) {
         steep += sight.slope[axis][pixel] * sight.slope[axis][pixel];
       }
-      const float full = share * std::min(weight.values[pixel], most / std::max(steep, 1e-6F));
+      const float full = share * std::min(own_modulus * weight.values[pixel], most / std::max(steep, 1e-6F));
       for (std::size_t axis = 0; axis < axes; ++axis) {
         const float pulls = full * sight.slope[axis][pixel];
         pull[axis] += pulls * sight.differences.values[pixel];
@@ -412,7 +412,7 @@ private:
     for (std::size_t axis = 0; axis < axes; ++axis) {
       trace += structure[symmetric_entry(axes, axis, axis)] * (step * step / content);
     }
-    if (every_ > 1 && trace < weakest_spring * sheet_.modulus.values[own]) {
+    if (every_ > 1 && trace < weakest_spring * own_modulus) {
       return;
     }
     for (std::size_t axis = 0; axis < axes; ++axis) {
@@ -447,7 +447,7 @@ std::vector<PictureLevel> picture_levels(const ScalarField& source, const Scalar
     std::ranges::transform(scene.labels.values, still.values.begin(),
                            [](int label) { return label > 0 ? 0.0F : 1.0F; });
   }
-  ScalarField modulus = usual_moduli(source, scene, unseen);
+  ScalarField modulus = moduli_without_void(source, scene, unseen);
   std::vector<PictureLevel> levels{{source, target,
                                     source.extent.depth > 1 ? halved_mean(modulus) : std::move(modulus),
                                     unseen, std::move(still)}};

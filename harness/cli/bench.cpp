@@ -217,8 +217,12 @@ std::string size_of_files(const std::string& scene) {
   if (states_volume(scene) || files_of_scene(scene).size() < 2) { // the scene's own is one
     return "";
   }
-  const Extent extent = load_scene(scene).extent();
-  return extent.axes() == 3 ? extent.text("x") : "";
+  try {
+    const Extent extent = load_scene(scene).extent();
+    return extent.axes() == 3 ? extent.text("x") : "";
+  } catch (const MissingFile&) { // such a scene is left out, which is said where it is loaded
+    return "";
+  }
 }
 
 /// Sizes where the command line names none.
