@@ -187,6 +187,24 @@ TEST(ElasticLevels, SweepsOfTheImageLetNoWaveGrow) {
 }
 
 /// An array larger than staging memory goes part by part: each site is in one part, at its place.
+TEST(ElasticLevels, RespondAlikeToModuliInAnyUnit) {
+  constexpr int exponent = -60; // the softest that are not scaled before
+  for (const auto& [extent, models] : bodies) {
+    Level level = elastic_level(extent, Tissue::noise, Held::scattered, 100.0, 3);
+    const ElasticHierarchy usual = make_elastic_hierarchy({level, models[1]});
+    scale_moduli(level, exponent);
+    const ElasticHierarchy soft = make_elastic_hierarchy({level, models[1]});
+    for (std::size_t at = 0; at < usual.levels.size(); ++at) {
+      for (std::size_t entry = 0; entry < usual.levels[at].response.size(); ++entry) {
+        std::vector<float> expected = usual.levels[at].response[entry];
+        std::ranges::for_each(expected, [](float& value) { value = std::ldexp(value, -exponent); });
+        EXPECT_EQ(soft.levels[at].response[entry], expected)
+            << extent.text() << ", level " << at << ", entry " << entry;
+      }
+    }
+  }
+}
+
 TEST(ElasticLayout, EverySiteIsInOneOfTheParts) {
   for (const Extent sites : {Extent{37, 23}, Extent{2, 2}, Extent{9, 11, 13}, Extent{40, 2, 3}}) {
     const ElasticLayout::Part part = ElasticLayout::alone(sites);

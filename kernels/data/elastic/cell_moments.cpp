@@ -137,17 +137,18 @@ void leave_out(const ResponseRow& row, const std::uint8_t* x_prescribed, const s
 void invert(const ResponseRow& row, float relaxation) {
 #pragma omp simd
   for (int x = 0; x < row.width; ++x) {
-    const float xx = row.xx[x];
-    const float xy = row.xy[x];
-    const float yy = row.yy[x];
+    const float power = power_to_one(std::max(row.xx[x], row.yy[x]));
+    const float xx = power * row.xx[x];
+    const float xy = power * row.xy[x];
+    const float yy = power * row.yy[x];
     const float trace = xx + yy;
     const float determinant = xx * yy - xy * xy;
     const bool whole = determinant > least_determinant * (xx * yy);
     const float quotient = relaxation / (whole ? determinant : trace * trace);
     const float scale = trace > 0.0F ? quotient : 0.0F;
-    row.xx[x] = scale * (whole ? yy : xx);
-    row.xy[x] = (whole ? -scale : scale) * xy;
-    row.yy[x] = scale * (whole ? xx : yy);
+    row.xx[x] = power * (scale * (whole ? yy : xx));
+    row.xy[x] = power * ((whole ? -scale : scale) * xy);
+    row.yy[x] = power * (scale * (whole ? xx : yy));
   }
 }
 

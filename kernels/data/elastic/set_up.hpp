@@ -3,6 +3,7 @@
 #include "kernels/data/elastic/hierarchy.hpp"
 
 #include <array>
+#include <bit>
 #include <cstdint>
 #include <functional>
 #include <vector>
@@ -55,6 +56,15 @@ struct FineLevels {
 /// before have their shape only. Moduli and sides are all that is read of `body`.
 [[nodiscard]] ElasticHierarchy make_coarse_levels(const ElasticBody& body, int number, ElasticLevel level,
                                                   Coarsening coarsening);
+
+/// Returns the power of two that brings a number >= 0 to [1, 2). Stiffness that is multiplied by it first has
+/// a determinant within float, however soft void at the rim of a coarse cell is, and the bits it had. Without
+/// a branch, as below.
+HDM_FUNCTION float power_to_one(float number) {
+  constexpr std::uint32_t of_exponent = 0x7F800000;
+  constexpr std::uint32_t twice_of_one = 0x7F000000;
+  return std::bit_cast<float>(twice_of_one - (std::bit_cast<std::uint32_t>(number) & of_exponent));
+}
 
 /// Returns the inverse of a 3 x 3 matrix, symmetric_entry() of each. Rows and columns of a diagonal entry
 /// that is not above 0 are left out. Without a branch, so that a loop over sites becomes one of vectors.

@@ -279,11 +279,13 @@ struct ResponseOfRow {
 /// the loop over sites becomes one of vectors.
 HDM_FUNCTION void respond_at(const ResponseOfRow& row, std::size_t i, float factor) {
   const auto free = [&](std::size_t axis) HDM_INLINED { return static_cast<float>(1 - row.held[axis][i]); };
-  const auto inverse = inverse_of_symmetric(std::array{free(0) * row.entries[0][i], row.entries[1][i],
-                                                       row.entries[2][i], free(1) * row.entries[3][i],
-                                                       row.entries[4][i], free(2) * row.entries[5][i]});
+  const std::array own{free(0) * row.entries[0][i], free(1) * row.entries[3][i], free(2) * row.entries[5][i]};
+  const float scale = power_to_one(std::max(std::max(own[0], own[1]), own[2]));
+  const auto inverse =
+      inverse_of_symmetric(std::array{scale * own[0], scale * row.entries[1][i], scale * row.entries[2][i],
+                                      scale * own[1], scale * row.entries[4][i], scale * own[2]});
   for (std::size_t entry = 0; entry < 6; ++entry) {
-    row.entries[entry][i] = factor * inverse[entry];
+    row.entries[entry][i] = scale * (factor * inverse[entry]);
   }
 }
 
