@@ -90,7 +90,7 @@ TEST(Slices, AreWhereTheVolumeMovesMost) {
   field[2][field.extent.index(4, 1, 2)] = -3.0F;
   field[1][field.extent.index(0, 0, 0)] = 3.1F;
   std::vector<ScalarField> slices;
-  for (const Plane& plane : planes_to_show(field)) {
+  for (const Plane& plane : planes_to_show(magnitude_of(field))) {
     const VectorField within = slice_of(field, plane);
     EXPECT_EQ(within.extent, (std::array{Extent{4, 4}, Extent{6, 4}, Extent{6, 4}}[plane.axis]));
     EXPECT_EQ(std::ranges::max(magnitude_of(within).values),
@@ -104,10 +104,10 @@ TEST(Slices, AreWhereTheVolumeMovesMost) {
   }
   EXPECT_EQ(std::ranges::count(row.values, 0.0F), 16 * 4 - 3);
   field[1][field.extent.index(5, 3, 0)] = 9.0F;
-  const std::vector<Plane> planes = planes_to_show(field);
+  const std::vector<Plane> planes = planes_to_show(magnitude_of(field));
   EXPECT_EQ((std::array{planes[2].at, planes[1].at, planes[0].at}), (std::array{3, 2, 2}))
       << "a corner shows nothing: the middle";
-  EXPECT_EQ(planes_to_show(VectorField({6, 4})).size(), 1U) << "an image is its own slice";
+  EXPECT_EQ(planes_to_show(ScalarField({6, 4})).size(), 1U) << "an image is its own slice";
   // A large volume is shown by some of its sites, and what moves there moves by as many fewer of them.
   ScalarField picture({150, 100, 2}, 50.0F);
   EXPECT_EQ(contact_sheet(picture, VectorField(picture.extent)).volume, picture.extent);

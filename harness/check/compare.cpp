@@ -45,10 +45,12 @@ bool is_finite(const VectorField& field) {
   });
 }
 
-double largest_magnitude(const VectorField& field) {
+double largest_magnitude(const VectorField& field, const ScalarField& tissue) {
   double largest = 0.0;
   for (std::size_t i = 0; i < field[0].size(); ++i) {
-    largest = std::max(largest, length_at(field, i));
+    if (tissue.values.empty() || tissue.values[i] > 0.0F) {
+      largest = std::max(largest, length_at(field, i));
+    }
   }
   return largest;
 }

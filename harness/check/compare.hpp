@@ -44,8 +44,9 @@ inline void set_site(VectorField& field, std::size_t site, const std::array<floa
 /// The same of all sites.
 [[nodiscard]] bool is_finite(const VectorField& field);
 
-/// The length of the longest vector; 0 for an empty field.
-[[nodiscard]] double largest_magnitude(const VectorField& field);
+/// The length of the longest vector; 0 for an empty field. `tissue`: 0 at sites that do not count; empty: all
+/// do.
+[[nodiscard]] double largest_magnitude(const VectorField& field, const ScalarField& tissue = {});
 
 /// How much of a level Work::active may leave out, were its tiles 16 sites a side: in a sweep, a tile in
 /// which, and next to which, no site changed in the sweep before. Backends may have other tiles.

@@ -292,7 +292,7 @@ json write_deformation(const DataSet& set, const Deformation& one) {
           {"points", scene.points.size()},
           {"law", one.law.empty() ? "as stated" : one.law},
           {"loads", one.loads},
-          {"largest_mm", largest_magnitude(one.displacement) * scene.spacing},
+          {"largest_mm", largest_magnitude(one.displacement, tissue_of(scene)) * scene.spacing},
           {"folds", inverse.unmet},
           {"hash", fmt::format("{:016x}", hash)}};
 }

@@ -221,7 +221,7 @@ json row_of(const Solved& solved, json phases) {
                                                        : std::numeric_limits<double>::quiet_NaN()},
                         {"least_volume", solution.least_volume},
                         {"part", solution.part ? json(solution.part->text("x")) : json(nullptr)},
-                        {"largest_displacement", largest_magnitude(solution.displacement)},
+                        {"largest_displacement", largest_magnitude(solution.displacement, tissue_of(scene))},
                         {"spacing", scene.spacing},
                         {"placement", scene.placement},
                         {"warnings", warnings},

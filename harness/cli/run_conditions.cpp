@@ -82,10 +82,7 @@ void report_fibres(const Scene& scene, json& row) {
 
 /// Prints how much of the scene is void, and puts it into the row of the run; nothing of one without.
 void report_void(const Scene& scene, json& row) {
-  const float least = scene.energy->is_of_cells() ? void_modulus(scene.full) : 0.0F;
-  if (const auto sites =
-          std::ranges::count_if(scene.full.modulus.values, [&](float modulus) { return modulus < least; });
-      sites > 0) {
+  if (const auto sites = std::ranges::count(tissue_of(scene).values, 0.0F); sites > 0) {
     row["void_sites"] = sites;
     fmt::print(
         "  {} {} are void: the displacement there goes on smoothly from what is around, and no tissue has "

@@ -1,5 +1,6 @@
 #include "harness/cli/run_files.hpp"
 
+#include "backends/pieces/cut.hpp"
 #include "backends/shared/stopwatch.hpp"
 #include "harness/cli/arguments.hpp"
 #include "harness/judge/diagnosis/diagnosis.hpp"
@@ -75,7 +76,9 @@ ScalarField in_squares(ScalarField slice, const Plane& plane, const std::array<d
 json write_pictures(const std::filesystem::path& folder, std::span<const std::string> files,
                     const Scene& scene, const VectorField& displacement, const VectorField& steps,
                     const VectorField* deviation) {
-  const std::vector<Plane> planes = planes_to_show(displacement);
+  const ScalarField tissue = tissue_of(scene);
+  const ScalarField magnitude = magnitude_of(displacement, tissue);
+  const std::vector<Plane> planes = planes_to_show(magnitude);
   const auto drawn = [&](const auto& draw) { return drawn_beside(planes, scene.full.sides, draw); };
   const auto slices_of = [&](const ScalarField& field) {
     return drawn([&](const Plane& plane) { return slice_of(field, plane); });
@@ -83,17 +86,16 @@ json write_pictures(const std::filesystem::path& folder, std::span<const std::st
   write_png(folder / files[1], slices_of(scene.picture));
   write_png(folder / files[2], drawn([&](const Plane& plane) { return warp(scene.picture, steps, plane); }));
   write_png(folder / files[3], drawn([&](const Plane& plane) { return warped_grid(steps, plane); }));
-  const auto write_lengths = [&](const std::string& file, const VectorField& field) {
-    const ScalarField magnitude = magnitude_of(field);
-    write_magnitude_png(folder / file, slices_of(magnitude),
-                        std::max(double{std::ranges::max(magnitude.values)}, 1e-6));
+  const auto write_lengths = [&](const std::string& file, const ScalarField& lengths) {
+    write_magnitude_png(folder / file, slices_of(lengths),
+                        std::max(double{std::ranges::max(lengths.values)}, 1e-6));
   };
-  write_lengths(files[4], displacement);
+  write_lengths(files[4], magnitude);
   if (deviation != nullptr) {
-    write_lengths(files.back(), *deviation);
+    write_lengths(files.back(), magnitude_of(*deviation, tissue));
   }
   // Full blue is a fold, full red a doubled area, or volume.
-  const ScalarField change = drawn([&](const Plane& plane) { return content_change(steps, plane); });
+  const ScalarField change = drawn([&](const Plane& plane) { return content_change(steps, plane, tissue); });
   write_signed_png(folder / files[5], change.extent, change.values, 1.0);
   if (scene.extent().depth > 1) {
     const ContactSheet sheet = contact_sheet(scene.picture, steps);
@@ -127,9 +129,13 @@ ScalarField warped_grid(const VectorField& steps, const Plane& plane) {
   return warp(grid_picture(in_plane.extent, grid_spacing(steps.extent)), in_plane);
 }
 
-ScalarField content_change(const VectorField& steps, const Plane& plane) {
-  const auto [slab, middle] = slab_around(steps, plane);
-  return slice_of(area_change_map(slab), middle);
+ScalarField content_change(const VectorField& steps, const Plane& plane, const ScalarField& tissue) {
+  Box slab = all_of(steps.extent); // the plane with its neighbours
+  slab.first[plane.axis] = std::max(0, plane.at - 1);
+  slab.end[plane.axis] = std::min(slab.end[plane.axis], plane.at + 2);
+  return slice_of(
+      area_change_map(part_of(steps, slab), tissue.values.empty() ? ScalarField{} : part_of(tissue, slab)),
+      {plane.axis, plane.at - slab.first[plane.axis]});
 }
 
 void require_own_name(const std::filesystem::path& file, std::string_view option,

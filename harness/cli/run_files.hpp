@@ -38,7 +38,8 @@ enum class Pictures {
 /// what leads out of it does not show.
 [[nodiscard]] ScalarField warped_grid(const VectorField& steps, const Plane& plane);
 /// area_change_map() in the plane, of a displacement in steps from site to site.
-[[nodiscard]] ScalarField content_change(const VectorField& steps, const Plane& plane);
+[[nodiscard]] ScalarField content_change(const VectorField& steps, const Plane& plane,
+                                         const ScalarField& tissue = {});
 
 /// Throws InputError where `file`, of `option`, is one of those that run writes into its folder anyway; "a"
 /// and

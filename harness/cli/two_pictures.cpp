@@ -64,7 +64,7 @@ std::vector<std::string> output_files() {
 
 void write_files(const Call& call, const PictureData& data, Outcome& outcome) {
   const VectorField& displacement = outcome.displacement;
-  const std::vector<Plane> planes = planes_to_show(displacement);
+  const std::vector<Plane> planes = planes_to_show(magnitude_of(displacement));
   const auto drawn = [&](const auto& draw) { return drawn_beside(planes, data.scene.full.sides, draw); };
   const auto slices_of = [&](const ScalarField& field) {
     return drawn([&](const Plane& plane) { return slice_of(field, plane); });

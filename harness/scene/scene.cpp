@@ -314,6 +314,17 @@ void set_start_level(Scene& scene, int level) {
   scene.schedule.start_level = level;
 }
 
+ScalarField tissue_of(const Scene& scene) {
+  ScalarField tissue;
+  if (scene.energy->is_of_cells() && has_void(scene.full)) {
+    tissue = scene.full.modulus;
+    std::ranges::transform(
+        tissue.values, tissue.values.begin(),
+        [least = void_modulus(scene.full)](float modulus) { return modulus < least ? 0.0F : 1.0F; });
+  }
+  return tissue;
+}
+
 bool is_inspected(Extent extent) {
   return extent.sites() <= std::size_t{4096} * 4096;
 }

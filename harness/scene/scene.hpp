@@ -157,6 +157,9 @@ struct SceneOptions {
   bool as_cubes = false;
 };
 
+/// Returns 1 at the sites of tissue and 0 at those of void; empty where the scene has no void.
+[[nodiscard]] ScalarField tissue_of(const Scene& scene);
+
 /// Whether an image, of at most 4096 x 4096 sites, is looked at closely: its scene has a picture and labels,
 /// `run` draws and diagnoses it. Beyond, that would take more time and memory than the solution itself.
 [[nodiscard]] bool is_inspected(Extent extent);

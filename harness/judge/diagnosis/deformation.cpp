@@ -80,17 +80,23 @@ ScalarField least_area_ratios(const VectorField& displacement) {
   return ratios;
 }
 
-ScalarField area_change_map(const VectorField& displacement) {
+ScalarField area_change_map(const VectorField& displacement, const ScalarField& tissue) {
   const Extent extent = displacement.extent;
   const ScalarField ratios = least_area_ratios(displacement);
-  ScalarField map(extent, ratios.values.empty() ? 0.0F : std::numeric_limits<float>::infinity());
+  constexpr float no_cell = std::numeric_limits<float>::infinity();
+  ScalarField map(extent, no_cell);
   for_each_site(ratios.extent, [&](int x, int y, int z) {
+    bool is_whole = true;
+    for (unsigned corner = 0; corner < 1U << extent.axes() && !tissue.values.empty(); ++corner) {
+      is_whole = is_whole && tissue.values[corner_of(extent, corner, x, y, z)] > 0.0F;
+    }
     const float change = ratios.values[ratios.extent.index(x, y, z)] - 1.0F;
-    for (unsigned corner = 0; corner < 1U << extent.axes(); ++corner) {
+    for (unsigned corner = 0; corner < 1U << extent.axes() && is_whole; ++corner) {
       float& least = map.values[corner_of(extent, corner, x, y, z)];
       least = std::min(least, change);
     }
   });
+  std::ranges::replace(map.values, no_cell, 0.0F);
   return map;
 }
 

@@ -70,7 +70,8 @@ inline constexpr std::string_view worse_than_nothing = "worse-than-nothing";
 [[nodiscard]] ScalarField least_area_ratios(const VectorField& displacement);
 
 /// least_area_ratios as a map with one value per site: the least of the cells around it, minus 1, so that 0
-/// is unchanged, -1 a fold, 1 a doubled area or volume. All 0 where there is no cell.
-[[nodiscard]] ScalarField area_change_map(const VectorField& displacement);
+/// is unchanged, -1 a fold, 1 a doubled area or volume. 0 where there is no cell. Cells with a corner where
+/// `tissue` is 0 do not count; empty: all do.
+[[nodiscard]] ScalarField area_change_map(const VectorField& displacement, const ScalarField& tissue = {});
 
 } // namespace hdmbench

@@ -191,20 +191,15 @@ struct Plane {
 [[nodiscard]] ScalarField slice_of(const ScalarField& field, const Plane& plane);
 /// The two components in the plane.
 [[nodiscard]] VectorField slice_of(const VectorField& field, const Plane& plane);
-/// A plane of a volume with its two neighbours, as far as there are any, and where the plane lies in them.
-struct Slab {
-  VectorField field;
-  Plane plane;
-};
-[[nodiscard]] Slab slab_around(const VectorField& field, const Plane& plane);
 /// Across z, y and x, through the site that moves farthest, or the middle where none moves or that site is on
-/// the border, of which a slice shows little; of an image its only one.
-[[nodiscard]] std::vector<Plane> planes_to_show(const VectorField& displacement);
+/// the border, of which a slice shows little; of an image its only one. `magnitude`: magnitude_of().
+[[nodiscard]] std::vector<Plane> planes_to_show(const ScalarField& magnitude);
 /// Pictures in a row, 0 below those that are not as high.
 [[nodiscard]] ScalarField side_by_side(std::span<const ScalarField> pictures);
 
-/// How far each site moves. Throws InputError where the displacement is not finite.
-[[nodiscard]] ScalarField magnitude_of(const VectorField& displacement);
+/// How far each site moves, 0 where `tissue` is 0; empty: nowhere. Throws InputError where the displacement
+/// is not finite.
+[[nodiscard]] ScalarField magnitude_of(const VectorField& displacement, const ScalarField& tissue = {});
 
 /// The picture after the deformation: the gray value at site s moves to s + d_s, linear between sites; the
 /// mean where the field folds over itself, 0 where nothing arrives. Of a volume only one `plane` where that

@@ -62,32 +62,16 @@ VectorField slice_of(const VectorField& field, const Plane& plane) {
   return slice;
 }
 
-Slab slab_around(const VectorField& field, const Plane& plane) {
-  std::array<int, 3> sides = field.extent.sides();
-  std::array<int, 3> from{};
-  int& first = from[plane.axis];
-  first = std::max(0, plane.at - 1);
-  sides[plane.axis] = std::min(sides[plane.axis], plane.at + 2) - first;
-  Slab slab{VectorField({sides[0], sides[1], sides[2]}), {plane.axis, plane.at - first}};
-  for (std::size_t axis = 0; axis < field.extent.axes(); ++axis) {
-    for_each_site(slab.field.extent, [&](int x, int y, int z) {
-      slab.field[axis][slab.field.extent.index(x, y, z)] =
-          field[axis][field.extent.index(from[0] + x, from[1] + y, from[2] + z)];
-    });
-  }
-  return slab;
-}
-
-std::vector<Plane> planes_to_show(const VectorField& displacement) {
-  const auto [width, height, depth] = displacement.extent.sides();
+std::vector<Plane> planes_to_show(const ScalarField& magnitude) {
+  const auto [width, height, depth] = magnitude.extent.sides();
   if (depth == 1) {
     return {Plane{}};
   }
   const std::array<int, 3> middle{width / 2, height / 2, depth / 2};
   std::array<int, 3> at = middle;
-  double farthest = 0.0;
-  for_each_site(displacement.extent, [&](int x, int y, int z) {
-    const double length = length_at(displacement, displacement.extent.index(x, y, z));
+  float farthest = 0.0F;
+  for_each_site(magnitude.extent, [&](int x, int y, int z) {
+    const float length = magnitude.values[magnitude.extent.index(x, y, z)];
     if (length > farthest) {
       farthest = length;
       const bool is_inside = x > 0 && y > 0 && z > 0 && x + 1 < width && y + 1 < height && z + 1 < depth;
@@ -114,11 +98,13 @@ ScalarField side_by_side(std::span<const ScalarField> pictures) {
   return row;
 }
 
-ScalarField magnitude_of(const VectorField& displacement) {
+ScalarField magnitude_of(const VectorField& displacement, const ScalarField& tissue) {
   validate(displacement, displacement.extent, "the displacement to draw");
   ScalarField magnitude(displacement.extent);
   for (std::size_t site = 0; site < magnitude.values.size(); ++site) {
-    magnitude.values[site] = static_cast<float>(length_at(displacement, site));
+    if (tissue.values.empty() || tissue.values[site] > 0.0F) {
+      magnitude.values[site] = static_cast<float>(length_at(displacement, site));
+    }
   }
   return magnitude;
 }
