@@ -77,8 +77,8 @@ std::string no_result_text(const Scene& scene, std::string_view why) {
   return fmt::format(
       "NO RESULT: {}; {}", why,
       has_laws(scene.full)
-          ? "smaller displacements, or a wider way for them to fade out, or --law linear, which "
-            "does not see what is wrong with them"
+          ? "smaller displacements or loads, or a wider way for them to fade out, or the linear law, "
+            "which does not see what is wrong with them"
           : "look for extreme moduli, targets or a huge --penalty, or take another --method");
 }
 

@@ -27,7 +27,8 @@ namespace {
 
 /// Images with fewer sites along an axis are not halved.
 constexpr int fewest_sites = 20;
-/// What has not ended by then was not seen to end, but for teeth and sheets between void, which bend late.
+/// What has not ended by then was not seen to end, but for teeth and sheets between void, which bend late,
+/// and heavy bodies that slide along it.
 constexpr int most_steps = 150;
 constexpr int most_steps_at_void = 400;
 /// Where a cell is pressed together farther than laws hold, the image is solved on, up to so many times as
@@ -338,7 +339,7 @@ Solution solve_by_laws(const Level& level, const ElasticModel& model, ElasticSes
   Nested nested(model, session, say);
   VectorField displacement = with_places_of(level, [&] {
     return nested.solve(part ? part->level : level, 1.0, accuracy,
-                        is_cut_by_void(level) ? most_steps_at_void : most_steps);
+                        has_void(level) ? most_steps_at_void : most_steps);
   });
   Solution& solution = nested.solution;
   solution.least_volume = nested.least().share;
