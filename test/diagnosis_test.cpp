@@ -136,6 +136,18 @@ TEST(BeforeTheRun, NeighbouringConditionsFoldFromOnePixelOn) {
   }
 }
 
+TEST(BeforeTheRun, SpringsOfAnElasticBodyGiveWayBetweenEachOther) {
+  Scene scene = plain_scene({8, 3});
+  know_column(scene, 3, 0.0F);
+  know_column(scene, 4, -2.0F);
+  use_energy(scene, find_energy("elastic"));
+  EXPECT_TRUE(has(diagnose(scene), "conflict"));
+  std::ranges::replace(scene.full.confidence[0], 1.0F, 0.5F);
+  EXPECT_FALSE(has(diagnose(scene), "conflict"));
+  use_energy(scene, usual_energy());
+  EXPECT_TRUE(has(diagnose(scene), "conflict")) << "the thesis's energy observes them";
+}
+
 TEST(BeforeTheRun, AWeakPenaltyIsOneAtWhichConditionsGiveWay) {
   // 1 px per pixel: from so many K on, which so many conditions then hold.
   for (const auto& [extent, needed, conditions] :

@@ -73,9 +73,12 @@ void check_weak_penalty(const Scene& scene, const Component& component, Warnings
 
 /// Along a component's own direction the site at t + 1 lands behind the one at t where the target falls by a
 /// pixel or more, and a hole wider than a pixel opens where it rises by more than one; across it, a step of
-/// more than a pixel shears neighbours apart.
+/// more than a pixel shears neighbours apart. Springs of an elastic body give way between each other.
 void check_conflicts(const Scene& scene, Warnings& warnings) {
   const Extent extent = scene.extent();
+  const auto is_given = [of_cells = scene.energy->is_of_cells()](float confidence) {
+    return of_cells ? confidence >= 1.0F : confidence > 0.0F;
+  };
   std::size_t folds = 0;
   Seen steps;
   for (const Component& component : components(scene)) {
@@ -85,7 +88,7 @@ void check_conflicts(const Scene& scene, Warnings& warnings) {
     for_each_pair(extent, [&](std::size_t site, std::size_t next, std::size_t axis) {
       const double rise = double{component.target[next]} - double{component.target[site]};
       const bool fold = axis == component.axis && rise <= -1.0;
-      if (component.confidence[site] > 0.0F && component.confidence[next] > 0.0F &&
+      if (is_given(component.confidence[site]) && is_given(component.confidence[next]) &&
           (fold || std::abs(rise) > 1.0)) {
         folds += fold ? 1 : 0;
         steps.add(std::abs(rise), site);
