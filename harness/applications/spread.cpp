@@ -24,7 +24,9 @@ namespace {
 
 constexpr double enough =
     0.01; ///< of a drawn field: what its solution may lack, far below what few draws leave
-constexpr int most_steps = 100;
+/// Where tissue lies in void, steps estimate far too much to end by themselves: a brain's deviations were
+/// 1.3 % from those of 400 steps.
+constexpr int most_steps = 40;
 
 /// The tissue that a point stands for (point_reach) over a voxel, or a pixel.
 double point_over_voxel(const Scene& scene) {
