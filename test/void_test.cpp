@@ -152,6 +152,23 @@ TEST(Void, WhatIsShownOfADisplacementIsThatOfTissue) {
   EXPECT_TRUE(tissue_of(scene_of(folder, {.of_hole = "modulus = 0.03"})).values.empty());
 }
 
+/// A tenth of a pixel was counted as the error of a law's solution, and nearly all of it was in void.
+TEST(Void, CountsForNothingInAccuracy) {
+  const test::TemporaryFolder folder;
+  Progress silent(false);
+  for (const char* const law : {"", "law = \"neo-hookean\"\n"}) {
+    const Scene scene = scene_of(folder, {.more = law});
+    const Truths truths = find_truths(scene, silent);
+    ReferenceField field = truths.elastic.displacement;
+    field[0][scene.extent().index(18, 18)] += 5.0; // in the hole
+    const Deviations off = measure(field, truths);
+    EXPECT_EQ(off.to_fem, 0.0);
+    EXPECT_EQ(off.elsewhere_to_fem.value_or(0.0) + off.interface_to_fem.value_or(0.0), 0.0);
+    field[0][scene.extent().index(3, 3)] += 5.0;
+    EXPECT_GT(measure(field, truths).to_fem, 0.0);
+  }
+}
+
 /// Cycles by themselves were .7 px off beside a slit, and estimated .04.
 TEST(Void, TheUsualMethodIsRightBesideIt) {
   const test::TemporaryFolder folder;

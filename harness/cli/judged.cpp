@@ -115,8 +115,9 @@ int run_accuracy(Call& call) {
   if (!call[option::json].empty() && have_images()) {
     options.pictures = std::filesystem::absolute(call[option::json]).parent_path();
   }
-  fmt::print("RMSD over all sites, in pixels. Interfaces, elsewhere: to FEM with the scene's nu, over the\n"
-             "free sites within 5 px of two materials and over all other free sites.\n");
+  fmt::print(
+      "RMSD over all sites but void, in pixels. Interfaces, elsewhere: to FEM with the scene's nu, over\n"
+      "the free sites within 5 px of two materials and over all other free sites.\n");
   const auto to_result = [](const Scene& scene, const Judged& row) { return to_json(scene, row); };
   return judge_scenes(call, by_default, options, measure_accuracy, to_result,
                       [](const Scene& scene, const std::vector<Judged>& rows, json own, json& /*results*/) {
@@ -196,8 +197,8 @@ int run_tradeoff(Call& call) {
   }
   fmt::print(
       "Times are medians of up to {} samples of a whole solution, after one that compiles programs and is\n"
-      "not timed. RMSD to finite elements and to the fixed point over all sites, in pixels. Shown of the\n"
-      "points are the front, and what was asked for.\n",
+      "not timed. RMSD to finite elements and to the fixed point over all sites but void, in pixels. Shown\n"
+      "of the points are the front, and what was asked for.\n",
       options.repeats);
   std::vector<std::string> by_default{"square", "circular", "circular-radial", "brain"};
   by_default.resize(call[option::quick] ? 1 : by_default.size());

@@ -114,6 +114,8 @@ Truths find_truths(const Scene& scene, Progress& progress) {
     solve(truths.elastic_no_poisson.emplace(), [&] { return find_finite_elements(scene.full, 0.0); });
     solve(truths.fixed_point.emplace(), [&] { return solve_fixed_point(scene.full).displacement; });
   }
+  const ScalarField tissue = tissue_of(scene);
+  truths.tissue.assign(tissue.values.begin(), tissue.values.end());
   truths.interface = near_interfaces(scene.full);
   truths.elsewhere.resize(truths.interface.size());
   const VectorField& confidence = scene.full.confidence;
@@ -122,6 +124,7 @@ Truths find_truths(const Scene& scene, Progress& progress) {
     for (std::size_t axis = 0; axis < scene.extent().axes(); ++axis) {
       free = free || !(confidence[axis][i] > 0.0F);
     }
+    free = free && (truths.tissue.empty() || truths.tissue[i] != 0);
     truths.elsewhere[i] = free && truths.interface[i] == 0 ? 1 : 0;
     truths.interface[i] = free ? truths.interface[i] : 0;
   }
@@ -180,12 +183,12 @@ ReferenceField coarse_finite_elements(const Scene& scene, int elements, const El
 
 Deviations measure(const ReferenceField& field, const Truths& truths) {
   const ReferenceField& fem = truths.elastic.displacement;
-  Deviations result{.to_fem = rmsd(field, fem)};
+  Deviations result{.to_fem = rmsd(field, fem, truths.tissue)};
   if (truths.elastic_no_poisson) {
-    result.to_fem_no_poisson = rmsd(field, truths.elastic_no_poisson->displacement);
+    result.to_fem_no_poisson = rmsd(field, truths.elastic_no_poisson->displacement, truths.tissue);
   }
   if (truths.fixed_point) {
-    result.to_fixed_point = rmsd(field, truths.fixed_point->displacement);
+    result.to_fixed_point = rmsd(field, truths.fixed_point->displacement, truths.tissue);
   }
   if (has_sites(truths.interface) && has_sites(truths.elsewhere)) {
     result.interface_to_fem = rmsd(field, fem, truths.interface);

@@ -36,6 +36,7 @@ struct Truths {
   /// Sites with a component that no condition gives, within 5 px of two pixels of different modulus.
   std::vector<std::uint8_t> interface;
   std::vector<std::uint8_t> elsewhere; ///< all other such sites
+  std::vector<std::uint8_t> tissue;    ///< all sites but those of void; empty where there is none
 };
 
 /// Whether the scene has laws of large strains, loads, or springs by direction (walls, precision): the
@@ -62,7 +63,8 @@ struct Truths {
 [[nodiscard]] ReferenceField coarse_finite_elements(const Scene& scene, int elements,
                                                     const ElasticModel& model);
 
-/// How far a field is from the truths, RMSD in pixels; over all sites where the name does not say otherwise.
+/// How far a field is from the truths, RMSD in pixels; over all sites but those of void where the name does
+/// not say otherwise.
 struct Deviations {
   double to_fem = 0.0;
   std::optional<double> to_fem_no_poisson{}; ///< none where Truths has none

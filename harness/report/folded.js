@@ -13,7 +13,7 @@ function accuracy(rows, data) {
   };
   return [
     text("Finite elements (FEM) are the truth of the model; the fixed point, where every site sits at its own minimum, " +
-      "is that of the optimisation. Root mean squares over all sites, in pixels."),
+      "is that of the optimisation. Root mean squares over all sites but void, in pixels."),
     chosen_view({ scene: ["Scene", options(rows, scene_of)] }, draw),
     el("h3", {}, "The thesis, 2008, at 300 × 300"),
     table_of(data.published.accuracy, PAGE.tables.thesis_accuracy),

@@ -96,7 +96,7 @@ function tradeoff(rows) {
         marks: direct ? [{ x: direct.seconds_median, text: `direct finite elements, ${seconds(direct.seconds_median)}` }] : [],
         first: { method: first_methods(here) }, groups: { backend: device_of(here) },
         x: { title: "seconds of a whole solution", format: seconds },
-        y: { title: "px to the truth, RMS over all sites" },
+        y: { title: "px to the truth, RMS over all sites but void" },
       }),
       fold(`All ${plural(here.length, "point")} of ${scene}`, table_of(here, PAGE.tables.points)),
     ];
