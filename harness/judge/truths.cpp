@@ -58,6 +58,21 @@ ReferenceFibres fibres_of(const Level& level) {
   return fibres;
 }
 
+/// Throws InputError where the truths of a scene do not fit into memory, by the peaks of `tradeoff`: of
+/// `square` with 300 and 600 pixels a side, of `ball` with 24 to 48 voxels by a law and 40 to 64 without, of
+/// a brain of 91 x 109 x 91 with loads. They are within a fifth.
+void require_memory_for_truths(const Scene& scene) {
+  const Extent extent = scene.extent();
+  const std::string_view who = "the truth against which all is measured: ";
+  if (extent.axes() == 2) {
+    require_memory(extent, 3600.0, 1.0, who);
+  } else if (has_laws(scene.full)) {
+    require_memory(extent, 1000.0, 4.0 / 3.0, who); // factors
+  } else {
+    require_memory(extent, is_of_tissue(scene) ? 4000.0 : 13000.0, 1.0, who);
+  }
+}
+
 bool has_sites(const std::vector<std::uint8_t>& mask) {
   return std::ranges::find(mask, std::uint8_t{1}) != mask.end();
 }
@@ -96,6 +111,7 @@ bool is_of_tissue(const Scene& scene) {
 }
 
 Truths find_truths(const Scene& scene, Progress& progress) {
+  require_memory_for_truths(scene);
   Truths truths;
   const bool is_common = !is_of_tissue(scene);
   progress.describe(fmt::format("{}: finite elements{}", scene.name,

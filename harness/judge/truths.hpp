@@ -43,7 +43,8 @@ struct Truths {
 /// elastic energy alone knows them.
 [[nodiscard]] bool is_of_tissue(const Scene& scene);
 
-/// Throws InputError where the scene has no unique answer, see solve_fixed_point, solve_finite_elements.
+/// Throws InputError where the scene has no unique answer, see solve_fixed_point, solve_finite_elements, and
+/// where they do not fit into memory.
 [[nodiscard]] Truths find_truths(const Scene& scene, Progress& progress);
 
 /// Whether finite elements of these sites are factorised: the factors of a larger volume would take many

@@ -329,22 +329,22 @@ bool is_inspected(Extent extent) {
   return extent.sites() <= std::size_t{4096} * 4096;
 }
 
-namespace {
-
-void require_memory(Extent extent, double per_site) {
+void require_memory(Extent extent, double per_site, double power, std::string_view who) {
   const bool is_volume = extent.axes() == 3;
-  const double needed = per_site * static_cast<double>(extent.sites());
+  const double needed = per_site * std::pow(static_cast<double>(extent.sites()), power);
   const double present =
       static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE));
   if (needed > present) {
-    const double side = std::pow(present / per_site, 1.0 / static_cast<double>(extent.axes()));
-    throw InputError(fmt::format("{} of {} {} needs {:.3g} bytes, {:.0f} GiB of memory, this machine has "
+    const double side = std::pow(present / per_site, 1.0 / (power * static_cast<double>(extent.axes())));
+    throw InputError(fmt::format("{}{} of {} {} needs {:.3g} bytes, {:.0f} GiB of memory, this machine has "
                                  "{:.0f}: sides of {} would fit",
-                                 is_volume ? "a volume" : "an image", extent.text(),
+                                 who, is_volume ? "a volume" : "an image", extent.text(),
                                  is_volume ? "voxels" : "pixels", needed, needed / 0x1p30, present / 0x1p30,
                                  static_cast<int>(side)));
   }
 }
+
+namespace {
 
 double bytes_per_site(Extent extent, const RegisteredEnergy& energy) {
   return extent.axes() == 3 ? energy.bytes_per_voxel : energy.bytes_per_pixel;

@@ -167,6 +167,8 @@ struct SceneOptions {
 /// Throws InputError for an image or a volume that this machine's memory cannot hold while the energy is
 /// minimised, before the kernel kills the program for it.
 void require_memory(Extent extent, const RegisteredEnergy& energy = usual_energy());
+/// The same for what takes `per_site` bytes times the number of sites to a power. `who` begins the message.
+void require_memory(Extent extent, double per_site, double power = 1.0, std::string_view who = {});
 /// The same of a scene, with what its laws of large strains and the form of its pixels take.
 void require_memory(const Scene& scene);
 
