@@ -37,7 +37,7 @@ enum class Pictures {
 /// The lines of a grid in the plane after the displacement (in steps from site to site). They stay in it:
 /// what leads out of it does not show.
 [[nodiscard]] ScalarField warped_grid(const VectorField& steps, const Plane& plane);
-/// area_change_map() in the plane, of a displacement in steps from site to site.
+/// area_change_map() in the plane, of a displacement in steps from site to site; `tissue` as it has it.
 [[nodiscard]] ScalarField content_change(const VectorField& steps, const Plane& plane,
                                          const ScalarField& tissue = {});
 

@@ -64,7 +64,8 @@ std::vector<std::string> output_files() {
 
 void write_files(const Call& call, const PictureData& data, Outcome& outcome) {
   const VectorField& displacement = outcome.displacement;
-  const std::vector<Plane> planes = planes_to_show(magnitude_of(displacement));
+  const ScalarField tissue = tissue_of(data.scene);
+  const std::vector<Plane> planes = planes_to_show(magnitude_of(displacement, tissue));
   const auto drawn = [&](const auto& draw) { return drawn_beside(planes, data.scene.full.sides, draw); };
   const auto slices_of = [&](const ScalarField& field) {
     return drawn([&](const Plane& plane) { return slice_of(field, plane); });
@@ -92,7 +93,7 @@ void write_files(const Call& call, const PictureData& data, Outcome& outcome) {
                 difference_of(target, source), largest_difference);
   signed_values("difference-after", "the same, after", difference_of(target, warped), largest_difference);
   signed_values("jacobian", "change of area or volume: blue smaller (full: a fold), red larger",
-                drawn([&](const Plane& plane) { return content_change(displacement, plane); }), 1.0);
+                drawn([&](const Plane& plane) { return content_change(displacement, plane, tissue); }), 1.0);
   if (!outcome.confidence[0].empty()) {
     ScalarField believed(data.source.extent);
     std::ranges::transform(outcome.confidence[0], outcome.confidence[1], believed.values.begin(),
@@ -212,7 +213,7 @@ int run_register(Call& call) {
               {"before", before},
               {"after", after},
               {"folds", folds},
-              {"largest_displacement", largest_magnitude(outcome.displacement)}});
+              {"largest_displacement", largest_magnitude(outcome.displacement, tissue_of(data.scene))}});
   if (!warnings.empty()) {
     row["warnings"] = warnings;
   }
