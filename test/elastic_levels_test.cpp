@@ -186,7 +186,7 @@ TEST(ElasticLevels, SweepsOfTheImageLetNoWaveGrow) {
   }
 }
 
-/// An array larger than staging memory goes part by part: each site is in one part, at its place.
+/// Void at the rim of a coarse cell is far softer than the softest tissue: its determinant was 0.
 TEST(ElasticLevels, RespondAlikeToModuliInAnyUnit) {
   constexpr int exponent = -60; // the softest that are not scaled before
   for (const auto& [extent, models] : bodies) {
@@ -205,6 +205,7 @@ TEST(ElasticLevels, RespondAlikeToModuliInAnyUnit) {
   }
 }
 
+/// An array larger than staging memory goes part by part: each site is in one part, at its place.
 TEST(ElasticLayout, EverySiteIsInOneOfTheParts) {
   for (const Extent sites : {Extent{37, 23}, Extent{2, 2}, Extent{9, 11, 13}, Extent{40, 2, 3}}) {
     const ElasticLayout::Part part = ElasticLayout::alone(sites);

@@ -3,6 +3,7 @@
 #include "harness/scene/images/pixels.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/points.hpp"
+#include "harness/solve/methods/law_solver.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/set_up.hpp"
 #include "kernels/data/elastic/springs.hpp"
@@ -216,23 +217,6 @@ LeastCertain least_certain(const Scene& scene, const VectorField& deviation) {
     }
   });
   return found;
-}
-
-/// The root mean square of the field's length, without void, which carries nothing: how it moves is nobody's
-/// question.
-double without_void(const Scene& scene, const VectorField& field) {
-  const float least = void_modulus(scene.full);
-  double sum = 0.0;
-  double sites = 0.0;
-  for (std::size_t site = 0; site < scene.extent().sites(); ++site) {
-    if (scene.full.modulus.values[site] >= least) {
-      sites += 1.0;
-      for (std::size_t axis = 0; axis < scene.extent().axes(); ++axis) {
-        sum += std::pow(double{field[axis][site]}, 2);
-      }
-    }
-  }
-  return std::sqrt(sum / sites);
 }
 
 /// The level without its springs and loads; none where conditions do not hold it then, so that nobody can say
@@ -537,8 +521,8 @@ Spread spread_of(const Scene& scene, const VectorField& solution, const SpreadRe
   }
   Spread spread{.mean = moments.mean_from(solution), .deviation = moments.deviation()};
   spread.least_certain = least_certain(scene, spread.deviation);
-  spread.moved = without_void(scene, spread.mean);
-  spread.typical = without_void(scene, spread.deviation);
+  spread.moved = root_mean_square_of_tissue(scene.full, spread.mean);
+  spread.typical = root_mean_square_of_tissue(scene.full, spread.deviation);
   return spread;
 }
 

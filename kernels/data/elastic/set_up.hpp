@@ -57,9 +57,9 @@ struct FineLevels {
 [[nodiscard]] ElasticHierarchy make_coarse_levels(const ElasticBody& body, int number, ElasticLevel level,
                                                   Coarsening coarsening);
 
-/// Returns the power of two that brings a number >= 0 to [1, 2). Stiffness that is multiplied by it first has
-/// a determinant within float, however soft void at the rim of a coarse cell is, and the bits it had. Without
-/// a branch, as below.
+/// Returns the power of two that brings a number from 2^-126 to 2^127 to [1, 2), and 2^127 for a smaller one.
+/// Stiffness that is multiplied by it first has a determinant within float, however soft void at the rim of a
+/// coarse cell is, and the bits that it had. There is no branch, so that loops become those of vectors.
 HDM_FUNCTION float power_to_one(float number) {
   constexpr std::uint32_t of_exponent = 0x7F800000;
   constexpr std::uint32_t twice_of_one = 0x7F000000;
