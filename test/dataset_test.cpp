@@ -1,5 +1,6 @@
 // Deformations with a known truth: the same set on every backend, and files that agree with each other.
 
+#include "harness/applications/spread.hpp"
 #include "harness/scene/files.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/points.hpp"
@@ -112,6 +113,51 @@ TEST_F(Dataset, DrawsLawsAndLoads) {
   EXPECT_NE(with("neo_hookean = 1\n", "law"), plain);
   EXPECT_THAT(read_file(path("law/index.csv")), HasSubstr(",neo-hookean,1,"));
   EXPECT_THAT(read_file(path("less/index.csv")), ContainsRegex("1,[12],as stated,0\\.[0-4]"));
+}
+
+/// Tissues of a body in void whose label 2 is taken out; `more` are lines of [recipe], `gravity` is in m/s^2.
+std::string resected(const std::string& more, const std::string& gravity) {
+  return "[recipe]\npoints = [6, 6]\ndisplacement = [0.5, 1.0]\n" + more +
+         "[[tissue]]\nlabel = 0\nmodulus = 0\n[[tissue]]\nlabel = 1\nmodulus = 0.003\ndensity = 1040\n"
+         "[[tissue]]\nlabel = 2\nmodulus = 0.006\ndensity = 1040\n[[resect]]\nlabel = 2\n"
+         "[[condition]]\nwhere = \"labels\"\nlabels = [1]\ncentre = [0.2, 0.5, 0.5]\nsize = [0.1, 2.0, 2.0]\n"
+         "dx = 0\ndy = 0\ndz = 0\n[[load]]\nbefore = true\ngravity = [0, " +
+         gravity + ", 0]\n";
+}
+
+/// Loads of before are loads, too, and a point in void is known to nobody.
+TEST_F(Dataset, TakesOutWhatItsLoadsBore) {
+  const auto with = [&](const std::string& drawn, const std::string& gravity, const std::string& folder) {
+    (void)write("recipe.toml", resected("labels = [0, 1, 2]\n" + drawn, gravity));
+    return made("--seed 3", folder);
+  };
+  const std::string plain = with("", "4", "plain");
+  EXPECT_EQ(with("loads = [2, 2]\n", "2", "twice"), plain);
+  EXPECT_NE(with("loads = [1, 1]\n", "2", "once"), plain);
+  const LabelField labels = read_labels(path("labels.nrrd"), {.takes_volumes = true}).pixels;
+  for (const std::string file : {"plain/0001-points.csv", "plain/0002-points.csv"}) {
+    for (const PointPair& pair : read_point_pairs(path(file))) {
+      const auto index = [&](std::size_t axis, double origin) {
+        return static_cast<int>(std::lround((pair.before[axis] - origin) / 2.0));
+      };
+      EXPECT_EQ(labels.values[labels.extent.index(index(0, 5.0), index(1, -7.0), index(2, 1.0))], 1);
+    }
+  }
+}
+
+/// What void is depends on the stiffest tissue, which is another one in each draw.
+TEST_F(Dataset, DrawsModuliOfTissueAlone) {
+  (void)write("recipe.toml", resected("", "4"));
+  Scene scene = load_scene(path("labels.nrrd").string(), {.tissues = path("recipe.toml")});
+  const ScalarField tissue = tissue_of(scene);
+  for (std::uint32_t seed = 0; seed < 20; ++seed) {
+    NormalDraws random(1, seed);
+    const Scene drawn = with_drawn_moduli(scene, 1.5, random);
+    EXPECT_EQ(tissue_of(drawn).values, tissue.values) << "draw " << seed;
+    const std::size_t site = scene.extent().index(4, 4, 4);
+    EXPECT_EQ(drawn.before->modulus.values[site], drawn.full.modulus.values[site]) << "draw " << seed;
+    EXPECT_NE(drawn.full.modulus.values[site], scene.full.modulus.values[site]) << "draw " << seed;
+  }
 }
 
 TEST_F(Dataset, ARecipeIsATable) {

@@ -274,11 +274,19 @@ Scene with_drawn_moduli(const Scene& scene, double deviation, NormalDraws& rando
     factor = portable_exp(deviation * random());
   }
   Scene drawn = scene;
-  for (std::size_t site = 0; site < scene.labels.values.size(); ++site) {
-    float& modulus = drawn.full.modulus.values[site];
-    modulus = static_cast<float>(modulus * factors.at(scene.labels.values[site]));
+  const auto draw = [&](Level& level) {
+    const float least = void_modulus(level);
+    for (std::size_t site = 0; site < scene.labels.values.size(); ++site) {
+      if (float& modulus = level.modulus.values[site]; modulus >= least) {
+        modulus = static_cast<float>(modulus * factors.at(scene.labels.values[site]));
+      }
+    }
+    keep_void(least, level);
+  };
+  draw(drawn.full);
+  if (drawn.before) {
+    draw(*drawn.before);
   }
-  set_inverse_modulus(drawn.full);
   return drawn;
 }
 

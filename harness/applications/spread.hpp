@@ -37,7 +37,8 @@ struct Spread {
   double typical = 0.0; ///< the same of `deviation`
 };
 
-/// Returns the scene with the modulus of each of its labels times e to the power of a draw of that deviation.
+/// Returns the scene with the modulus of each of its labels times e to the power of a draw of that deviation,
+/// in its body before a resection, too. Void stays void.
 [[nodiscard]] Scene with_drawn_moduli(const Scene& scene, double deviation, NormalDraws& random);
 
 /// Returns mean and deviation over the draws of `request`, which are solved on the solver's session: the

@@ -17,6 +17,7 @@
 #include <cmath>
 #include <future>
 #include <limits>
+#include <span>
 #include <utility>
 
 namespace hdmbench::commands {
@@ -80,18 +81,23 @@ Recipe read_recipe(const fs::path& file) {
   return recipe;
 }
 
-/// Returns the sites that a point may be drawn at.
+/// Returns the sites that a point may be drawn at: of tissue, and no condition holds them.
 std::vector<std::size_t> sites_for_points(const Scene& scene, const Recipe& recipe) {
+  const std::vector<float> tissue = tissue_of(scene).values;
+  const std::span held = std::span(scene.full.confidence.planes).first(scene.extent().axes());
   std::vector<std::size_t> sites;
   for (std::size_t site = 0; site < scene.labels.values.size(); ++site) {
     const auto label = static_cast<float>(scene.labels.values[site]);
     const bool is_meant = recipe.labels.empty() ? label != 0.0F : contains(recipe.labels, label);
-    if (is_meant && scene.full.confidence[0][site] < 1.0F) {
+    const bool is_tissue = tissue.empty() || tissue[site] > 0.0F;
+    if (is_meant && is_tissue && std::ranges::all_of(held, [&](const std::vector<float>& component) {
+          return component[site] < 1.0F;
+        })) {
       sites.push_back(site);
     }
   }
   if (sites.empty()) {
-    throw InputError("--recipe: no free site has one of the labels that points are drawn from");
+    throw InputError("--recipe: no free site of tissue has one of the labels that points are drawn from");
   }
   return sites;
 }
@@ -164,6 +170,13 @@ std::vector<std::string> names_of(const DataSet& set, int number) {
   return names;
 }
 
+void multiply_forces(double factor, Level& level) {
+  for (std::vector<float>& component : level.force.planes) {
+    std::ranges::transform(component, component.begin(),
+                           [&](float force) { return static_cast<float>(force * factor); });
+  }
+}
+
 /// Draws and solves one deformation. The draws of older keys come first: a recipe without newer ones stays
 /// the set that it was.
 Deformation drawn(const DataSet& set, int number, Solver& solver, Progress& progress) {
@@ -177,17 +190,17 @@ Deformation drawn(const DataSet& set, int number, Solver& solver, Progress& prog
     options.pairs.push_back(point_pair(point, std::to_string(options.pairs.size() + 1)));
   }
   one.scene = make_scene(set.given, options);
-  unload(one.scene, progress);
   if (set.recipe.moduli > 0.0) {
     one.scene = with_drawn_moduli(one.scene, set.recipe.moduli, random);
   }
   if (set.recipe.loads) {
     one.loads = between(*set.recipe.loads, random);
-    for (std::vector<float>& component : one.scene.full.force.planes) {
-      std::ranges::transform(component, component.begin(),
-                             [&](float force) { return static_cast<float>(force * one.loads); });
+    multiply_forces(one.loads, one.scene.full);
+    if (one.scene.before) {
+      multiply_forces(one.loads, *one.scene.before);
     }
   }
+  unload(one.scene, progress);
   progress.describe(fmt::format("dataset: {} of {}", number, set.call[how_many]));
   Solution solution = solver.solve(one.scene, progress);
   if (const std::string why = why_absurd(one.scene, solution) + doubt_about(solution); !why.empty()) {
@@ -310,7 +323,7 @@ DataSet prepared(const Call& call) {
   set.labels = images::read_pixels(call[label_image]);
   set.given.images.emplace("labels", set.labels);
   set.sites = sites_for_points(set.plain, set.recipe);
-  if (set.recipe.loads && !has_forces(set.plain.full)) {
+  if (set.recipe.loads && !has_forces(set.plain.full) && !set.plain.before) {
     throw InputError("--recipe: loads says how many times the [[load]]s act, and there are none");
   }
   for (const fs::path& picture : call[moved_too]) {

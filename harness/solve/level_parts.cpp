@@ -73,19 +73,6 @@ Box moving_sites(const Level& level) {
   return box;
 }
 
-/// Void is a share of the stiffest modulus, which may have been cut off.
-void keep_void(const Level& level, Level& part) {
-  const float was_void = void_modulus(level);
-  if (void_modulus(part) < void_share * was_void) {
-    return; // all of it is void
-  }
-  const float filling = 0.5F * void_modulus(part);
-  for (float& modulus : part.modulus.values) {
-    modulus = modulus < was_void ? filling : modulus;
-  }
-  set_inverse_modulus(part);
-}
-
 } // namespace
 
 std::optional<LevelPart> moving_part(const Level& level) {
@@ -100,13 +87,13 @@ std::optional<LevelPart> moving_part(const Level& level) {
     return std::nullopt;
   }
   LevelPart part{.sites = sites, .level = part_of(level, sites)};
-  keep_void(level, part.level);
+  keep_void(void_modulus(level), part.level);
   return part;
 }
 
 LevelPart held_part(const Level& level, const Box& sites, const VectorField& displacement) {
   LevelPart part{.sites = sites, .level = part_of(level, sites)};
-  keep_void(level, part.level);
+  keep_void(void_modulus(level), part.level);
   const Extent extent = sites.extent();
   for_each_site(extent, [&](int x, int y, int z) {
     const std::array<int, 3> at{x, y, z};

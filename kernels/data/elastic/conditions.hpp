@@ -27,6 +27,10 @@ inline constexpr float void_share = 0x1p-24F;
 /// Returns whether a pixel is void.
 [[nodiscard]] bool has_void(const Level& level);
 
+/// Gives what was void below `least`, as in another level, so small a modulus that it is void in this one,
+/// whose stiffest tissue may be another.
+void keep_void(float least, Level& level);
+
 /// Returns whether void may cut tissue into teeth or sheets: it has not come with walls.
 [[nodiscard]] inline bool is_cut_by_void(const Level& level) {
   return !level.has_walls && has_void(level);

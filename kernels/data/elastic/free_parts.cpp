@@ -349,6 +349,18 @@ bool has_void(const Level& level) {
   return static_cast<float>(modulus_range(level.modulus).softest) < void_modulus(level);
 }
 
+void keep_void(float least, Level& level) {
+  const float least_here = void_modulus(level);
+  if (least_here < void_share * least) {
+    return; // all of it is void
+  }
+  const float filling = 0.5F * least_here;
+  for (float& modulus : level.modulus.values) {
+    modulus = modulus < least ? filling : modulus;
+  }
+  set_inverse_modulus(level);
+}
+
 std::string floating_part(const Level& level) {
   return free_part(level, floating_share);
 }
