@@ -16,8 +16,8 @@ using SteadyClock = std::chrono::steady_clock;
 constexpr auto redraw = 200ms;
 
 Progress::Progress(bool enabled)
-    : enabled_(enabled), terminal_(isatty(STDERR_FILENO) != 0), described_(SteadyClock::now()),
-      start_(described_), next_(described_ + (terminal_ ? 1s : 10s)) {
+    : enabled_(enabled), terminal_(isatty(STDERR_FILENO) != 0), begun_(SteadyClock::now()),
+      described_(begun_), start_(begun_), next_(begun_ + (terminal_ ? 1s : 10s)) {
   if (enabled_ && terminal_) {
     clock_ = std::jthread([this](const std::stop_token& stop) {
       std::unique_lock lock(lock_);
@@ -82,7 +82,7 @@ void Progress::show() {
     line += fmt::format("{:3.0f} %  {:.0f} s left  {}", 100.0 * fraction(),
                         seconds_since(start_) * (1.0 / fraction() - 1.0), what_);
   } else {
-    line = fmt::format("{:.0f} s  {}", seconds_since(described_), what_);
+    line = fmt::format("{:.0f} s  {}", seconds_since(begun_), what_);
   }
   if (winsize window{}; terminal_ && ioctl(STDERR_FILENO, TIOCGWINSZ, &window) == 0 && window.ws_col > 1) {
     // A line that goes on in the next row could not be taken back; a character has one byte or more.

@@ -25,7 +25,8 @@ public:
   Progress& operator=(const Progress&) = delete;
   ~Progress() { clear(); }
 
-  /// What the following work is called: "verify brain: level 3 of 10".
+  /// What the following work is called: "verify brain: level 3 of 10". Before it stand the seconds since this
+  /// object was made, or what advance() says.
   void describe(std::string what);
   /// Work done of the work in all for everything this object sees; shows a bar, percent and time left.
   void advance(double amount);
@@ -47,6 +48,7 @@ private:
   std::string what_;
   double done_ = 0.0;
   double total_ = 0.0;
+  Time begun_;
   Time described_; ///< when what_ began
   Time start_;     ///< of the first work that was done: what came before it says nothing about the rest
   Time next_;      ///< not to be shown before
