@@ -83,9 +83,10 @@ TEST(Inverse, OfAShiftIsTheOppositeAlsoWhereNothingIsKnown) {
   }
 }
 
-/// What it says of folds is what is there.
+/// What it says of folds is what is there, and of tissue alone where there is void.
 TEST(Inverse, CountsTheSitesThatItDoesNotMeet) {
   std::size_t unmet = 0;
+  std::size_t of_void = 0;
   for (const unsigned seed : {1U, 2U, 3U}) {
     const Extent extent{24, 20};
     VectorField field = waves(extent, 1.0);
@@ -106,8 +107,19 @@ TEST(Inverse, CountsTheSitesThatItDoesNotMeet) {
     EXPECT_EQ(inverse.unmet, far) << seed;
     EXPECT_NEAR(inverse.farthest, farthest, 1e-5) << seed;
     unmet += far;
+    ScalarField tissue(extent); // the left half
+    for_each_site(extent,
+                  [&](int x, int y, int /*z*/) { tissue.values[extent.index(x, y)] = x < 12 ? 1.0F : 0.0F; });
+    std::size_t of_tissue = 0;
+    for_each_site(extent, [&](int x, int y, int z) {
+      const double origin = x + double{inverse.displacement[0][extent.index(x, y)]};
+      of_tissue += origin <= 11.0 && gap_at(field, inverse.displacement, x, y, z) > inverse_is_met ? 1 : 0;
+    });
+    EXPECT_EQ(invert(field, tissue).unmet, of_tissue) << seed;
+    of_void += far - of_tissue;
   }
-  EXPECT_GT(unmet, 0U) << "nothing was hard enough";
+  EXPECT_GT(unmet, of_void) << "nothing was hard enough";
+  EXPECT_GT(of_void, 0U) << "nothing was hard enough";
   VectorField broken({3, 3});
   broken[0][4] = NAN;
   expect_refusal([&] { (void)invert(broken); }, "must be finite");

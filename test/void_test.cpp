@@ -148,6 +148,12 @@ TEST(Void, WhatIsShownOfADisplacementIsThatOfTissue) {
     EXPECT_EQ(std::ranges::min(area_change_map(field).values), -5.0F);
     EXPECT_EQ(std::ranges::min(area_change_map(field, tissue).values), -1.0F) << "what the corner does";
     EXPECT_EQ(area_change_map(field, tissue).values[hole], 0.0F);
+    field[0][corner] = 0.25F;
+    EXPECT_EQ(diagnose(field).front().kind, fold_over);
+    EXPECT_TRUE(diagnose(field, tissue).empty());
+    EXPECT_EQ(largest_component(field, tissue), 0.25);
+    field[0][corner] = 5.0F;
+    EXPECT_FALSE(diagnose(field, tissue).empty());
   }
   EXPECT_TRUE(tissue_of(scene_of(folder, {.of_hole = "modulus = 0.03"})).values.empty());
 }

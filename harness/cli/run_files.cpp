@@ -152,10 +152,7 @@ void require_own_name(const std::filesystem::path& file, std::string_view option
 }
 
 Inverse inverse_of(const Scene& scene, const VectorField& displacement) {
-  const std::optional<VectorField> steps = in_steps(displacement, scene.full.sides);
-  Inverse inverse = invert(steps ? *steps : displacement);
-  to_lengths(inverse.displacement, scene.full.sides);
-  return inverse;
+  return invert(displacement, scene.full.sides, tissue_of(scene));
 }
 
 Inverse write_inverse(const std::filesystem::path& file, const Scene& scene,

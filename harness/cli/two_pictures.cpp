@@ -199,8 +199,9 @@ int run_register(Call& call) {
   const Similarity before = similarity(data.source, data.target);
   const Similarity after = similarity(data.source, pulled_back(data.target, outcome.displacement));
   Warnings warnings = diagnose(data.source, data.target, before, after);
-  std::ranges::move(diagnose(outcome.displacement), std::back_inserter(warnings));
-  const ScalarField areas = least_area_ratios(outcome.displacement);
+  const ScalarField tissue = tissue_of(data.scene);
+  std::ranges::move(diagnose(outcome.displacement, tissue), std::back_inserter(warnings));
+  const ScalarField areas = least_area_ratios(outcome.displacement, tissue);
   const auto folds = std::ranges::count_if(areas.values, [](float ratio) { return !(ratio > 0.0F); });
   const bool converged = outcome.row.value("converged", true);
   json& row = outcome.row;
@@ -213,7 +214,7 @@ int run_register(Call& call) {
               {"before", before},
               {"after", after},
               {"folds", folds},
-              {"largest_displacement", largest_magnitude(outcome.displacement, tissue_of(data.scene))}});
+              {"largest_displacement", largest_magnitude(outcome.displacement, tissue)}});
   if (!warnings.empty()) {
     row["warnings"] = warnings;
   }

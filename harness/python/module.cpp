@@ -248,7 +248,7 @@ void add_inverse(py::module_& module) {
       .def_property_readonly(
           "displacement", [](const Backward& self) { return self.displacement; },
           "Millimetres: what is at y came from y + displacement. An array as Result.displacement is.")
-      .def_readonly("unmet", &Backward::unmet, "Pixels for which there is none: the image folds over there.")
+      .def_readonly("unmet", &Backward::unmet, "Pixels that no tissue meets: the image folds over there.")
       .def_readonly("farthest", &Backward::farthest, "The largest error at these, pixels.")
       .def_readonly("at", &Backward::at, "Where that is: x, y, z.")
       .def("warp", &Backward::warp, py::arg("image"), py::kw_only(), py::arg("labels") = false,

@@ -80,7 +80,7 @@ std::unique_ptr<Result> register_pictures(const PictureArguments& pictures, Scen
     }
     warnings = diagnose(source, target, similarity(source, target),
                         similarity(source, pulled_back(target, found.displacement)));
-    std::ranges::move(diagnose(found.displacement), std::back_inserter(warnings));
+    std::ranges::move(diagnose(found.displacement, tissue_of(scene)), std::back_inserter(warnings));
   });
   std::unique_ptr<Result> result =
       result_of(scene, std::move(found.displacement), to_load.space, to_load.axes);

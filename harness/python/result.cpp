@@ -158,7 +158,7 @@ const std::shared_ptr<const Backward>& Result::inverse() {
     images::Pixels physical;
     {
       const py::gil_scoped_release release;
-      Inverse inverse = invert(field.displacement, field.placement.aspect);
+      Inverse inverse = invert(field.displacement, field.placement.aspect, field.tissue);
       made->field.displacement = std::move(inverse.displacement);
       made->field.mapping = Mapping::backward;
       made->unmet = inverse.unmet;
@@ -218,14 +218,15 @@ std::unique_ptr<Result> result_of(const Scene& scene, VectorField displacement, 
   auto result = std::make_unique<Result>();
   result->scene = scene.name;
   result->energy = scene.energy->name;
-  result->largest = largest_component(displacement) * scene.spacing;
+  result->largest = largest_component(displacement, tissue_of(scene)) * scene.spacing;
   result->residuals = residuals_of(scene, displacement);
   result->field = {.displacement = std::move(displacement),
                    .spacing = scene.spacing,
                    .placement = scene.placement,
                    .oblong = scene.oblong,
                    .space = space,
-                   .axes = axes.value_or(scene.extent().axes())};
+                   .axes = axes.value_or(scene.extent().axes()),
+                   .tissue = tissue_of(scene)};
   images::Pixels physical;
   {
     const py::gil_scoped_release release;

@@ -24,6 +24,7 @@ struct Field {
   Mapping mapping = Mapping::forward;
   Space space = Space::lps; ///< of whoever asked
   std::size_t axes = 3;     ///< of the array
+  ScalarField tissue{};     ///< tissue_of() its scene
 
   /// Returns the vectors in millimetres, in LPS. Needs no GIL. Throws InputError.
   [[nodiscard]] images::Pixels physical() const;

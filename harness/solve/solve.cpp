@@ -107,12 +107,14 @@ Solution solve(const Scene& scene, Session& session, Progress& progress, const S
   return solution;
 }
 
-double largest_component(const VectorField& field) {
+double largest_component(const VectorField& field, const ScalarField& tissue) {
   float largest = 0.0F;
   for (const std::vector<float>& component : field.planes) {
-    for (const float value : component) {
-      largest =
-          std::isnan(value) ? std::numeric_limits<float>::infinity() : std::max(largest, std::abs(value));
+    for (std::size_t site = 0; site < component.size(); ++site) {
+      if (tissue.values.empty() || tissue.values[site] > 0.0F) {
+        largest = std::isnan(component[site]) ? std::numeric_limits<float>::infinity()
+                                              : std::max(largest, std::abs(component[site]));
+      }
     }
   }
   return static_cast<double>(largest);

@@ -89,8 +89,9 @@ struct SolveOptions {
 [[nodiscard]] Solution solve(const Scene& scene, Session& session, Progress& progress,
                              const SolveOptions& options = {});
 
-/// The largest |component|, pixels; infinite where one is not a number, 0 of an empty field.
-[[nodiscard]] double largest_component(const VectorField& field);
+/// The largest |component|, pixels; infinite where one is not a number, 0 of an empty field. Sites where
+/// `tissue` is 0 do not count; empty: all do.
+[[nodiscard]] double largest_component(const VectorField& field, const ScalarField& tissue = {});
 
 /// Returns the sum of the products of all components, in double, row by row: the same bits whatever the
 /// number of threads.

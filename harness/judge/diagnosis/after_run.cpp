@@ -112,30 +112,6 @@ double estimated_distance(const Scene& scene, const VectorField& missing) {
   return square > 0.0 ? std::min(estimate, std::sqrt(square)) : estimate;
 }
 
-/// Leaves cells out that have a corner for which `is_left_out(site)` is true.
-template <typename IsLeftOut>
-void leave_out(const Level& body, ScalarField& ratios, const IsLeftOut& is_left_out) {
-  for_each_site(ratios.extent, [&](int x, int y, int z) {
-    bool is_out = false;
-    for (int corner = 0; corner < (body.extent.axes() == 3 ? 8 : 4); ++corner) {
-      is_out = is_out ||
-               is_left_out(body.extent.index(x + (corner & 1), y + (corner >> 1 & 1), z + (corner >> 2)));
-    }
-    if (is_out) {
-      ratios.values[ratios.extent.index(x, y, z)] = 1.0F;
-    }
-  });
-}
-
-/// Cells with a corner in void are nobody's, whatever becomes of them.
-void leave_void_out(const Level& body, ScalarField& ratios) {
-  if (has_void(body)) {
-    leave_out(body, ratios, [&, least = void_modulus(body)](std::size_t site) {
-      return body.modulus.values[site] < least;
-    });
-  }
-}
-
 /// Laws of large strains have less and less against being dilated where Poisson's ratio is near 0: a volume
 /// gives way from 2.7 times its size on at 0, from 3 times at .01, and nowhere from .05 on
 /// (kernels/specification/laws).
@@ -146,11 +122,12 @@ void check_dilation(const Scene& scene, const VectorField& steps, Warnings& warn
   if (!has_laws(body) || body.extent.axes() == 2 || scene.elastic.poisson >= safe_poisson) {
     return;
   }
-  ScalarField ratios = least_area_ratios(steps);
-  const float least = void_modulus(body);
-  leave_out(body, ratios, [&](std::size_t site) { // void has the linear law, too
-    return body.modulus.values[site] < least || body.law_parameter.values[site] < 0.0F;
-  });
+  ScalarField with_law(body.extent);
+  std::ranges::transform(body.modulus.values, body.law_parameter.values, with_law.values.begin(),
+                         [least = void_modulus(body)](float modulus, float parameter) {
+                           return modulus < least || parameter < 0.0F ? 0.0F : 1.0F;
+                         });
+  const ScalarField ratios = least_area_ratios(steps, with_law);
   Seen dilated;
   for (std::size_t cell = 0; cell < ratios.values.size(); ++cell) {
     if (ratios.values[cell] > most) {
@@ -165,16 +142,13 @@ void check_dilation(const Scene& scene, const VectorField& steps, Warnings& warn
 
 } // namespace
 
-Warnings diagnose(const VectorField& displacement, const Level* body) {
+Warnings diagnose(const VectorField& displacement, const ScalarField& tissue) {
   Warnings warnings;
   // A tenth of the area left: from here on linear interpolation of what moved there is unreliable.
   constexpr float nearly_folded = 0.1F;
-  ScalarField ratios = least_area_ratios(displacement);
+  const ScalarField ratios = least_area_ratios(displacement, tissue);
   if (ratios.values.empty()) {
     return warnings;
-  }
-  if (body != nullptr) {
-    leave_void_out(*body, ratios);
   }
   const auto worst = std::ranges::min_element(ratios.values);
   const std::string where = ratios.extent.place(static_cast<std::size_t>(worst - ratios.values.begin()));
@@ -248,8 +222,7 @@ Warnings diagnose(const Scene& scene, const Solution& solution) {
   }
   const auto check_folds = [&] {
     const std::optional<VectorField> steps = in_steps(field, scene.full.sides);
-    std::ranges::move(diagnose(steps ? *steps : field, scene.energy->is_of_cells() ? &scene.full : nullptr),
-                      std::back_inserter(warnings));
+    std::ranges::move(diagnose(steps ? *steps : field, tissue_of(scene)), std::back_inserter(warnings));
     check_dilation(scene, steps ? *steps : field, warnings);
   };
   if (wild > 0) {

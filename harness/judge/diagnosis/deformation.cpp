@@ -52,9 +52,20 @@ bool moves_as_one(const VectorField& displacement, const SiteOf& site_of) {
   return true;
 }
 
+/// Whether all corners of a cell are tissue.
+template <typename SiteOf>
+bool is_of_tissue(const ScalarField& tissue, const SiteOf& site_of) {
+  for (unsigned corner = 0; corner < 1U << tissue.extent.axes() && !tissue.values.empty(); ++corner) {
+    if (!(tissue.values[site_of(corner)] > 0.0F)) {
+      return false;
+    }
+  }
+  return true;
+}
+
 } // namespace
 
-ScalarField least_area_ratios(const VectorField& displacement) {
+ScalarField least_area_ratios(const VectorField& displacement, const ScalarField& tissue) {
   const Extent extent = displacement.extent;
   if (extent.width < 2 || extent.height < 2) {
     return {};
@@ -66,7 +77,7 @@ ScalarField least_area_ratios(const VectorField& displacement) {
       const auto site_of = [&](unsigned corner) {
         return corner_of(extent, corner, x, row % ratios.extent.height, row / ratios.extent.height);
       };
-      if (moves_as_one(displacement, site_of)) {
+      if (moves_as_one(displacement, site_of) || !is_of_tissue(tissue, site_of)) {
         ratios.values[ratios.extent.index(x, row)] = 1.0F;
         continue;
       }
@@ -86,13 +97,13 @@ ScalarField area_change_map(const VectorField& displacement, const ScalarField& 
   constexpr float no_cell = std::numeric_limits<float>::infinity();
   ScalarField map(extent, no_cell);
   for_each_site(ratios.extent, [&](int x, int y, int z) {
-    bool is_whole = true;
-    for (unsigned corner = 0; corner < 1U << extent.axes() && !tissue.values.empty(); ++corner) {
-      is_whole = is_whole && tissue.values[corner_of(extent, corner, x, y, z)] > 0.0F;
+    const auto site_of = [&](unsigned corner) { return corner_of(extent, corner, x, y, z); };
+    if (!is_of_tissue(tissue, site_of)) {
+      return;
     }
     const float change = ratios.values[ratios.extent.index(x, y, z)] - 1.0F;
-    for (unsigned corner = 0; corner < 1U << extent.axes() && is_whole; ++corner) {
-      float& least = map.values[corner_of(extent, corner, x, y, z)];
+    for (unsigned corner = 0; corner < 1U << extent.axes(); ++corner) {
+      float& least = map.values[site_of(corner)];
       least = std::min(least, change);
     }
   });

@@ -47,8 +47,9 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE(Warning, kind, message, advice, sites)
 
 inline constexpr std::string_view fold_over = "fold-over";
 
-/// What a displacement alone says: fold_over where it turns cells over, near-fold where it nearly does.
-[[nodiscard]] Warnings diagnose(const VectorField& displacement, const Level* body = nullptr);
+/// What a displacement alone says: fold_over where it turns cells over, near-fold where it nearly does;
+/// `tissue` as least_area_ratios() has it.
+[[nodiscard]] Warnings diagnose(const VectorField& displacement, const ScalarField& tissue = {});
 
 inline constexpr std::string_view no_likeness = "no-likeness";
 inline constexpr std::string_view worse_than_nothing = "worse-than-nothing";
@@ -66,12 +67,13 @@ inline constexpr std::string_view worse_than_nothing = "worse-than-nothing";
 /// image is turned over. Inside a cell of four sites d is bilinear and the determinant therefore linear in
 /// both directions, so its least value over a cell is at a corner: this is exact, not a sample. One value
 /// per cell, (width - 1) x (height - 1); an image one site thick has none. Of a volume alike, with the eight
-/// corners of its cells, between which the determinant may be a little less: there it is a sample.
-[[nodiscard]] ScalarField least_area_ratios(const VectorField& displacement);
+/// corners of its cells, between which the determinant may be a little less: there it is a sample. Cells with
+/// a corner where `tissue` is 0 have 1, whatever becomes of them; empty: all count.
+[[nodiscard]] ScalarField least_area_ratios(const VectorField& displacement, const ScalarField& tissue = {});
 
 /// least_area_ratios as a map with one value per site: the least of the cells around it, minus 1, so that 0
 /// is unchanged, -1 a fold, 1 a doubled area or volume. 0 where there is no cell. Cells with a corner where
-/// `tissue` is 0 do not count; empty: all do.
+/// `tissue` is 0 do not count.
 [[nodiscard]] ScalarField area_change_map(const VectorField& displacement, const ScalarField& tissue = {});
 
 } // namespace hdmbench

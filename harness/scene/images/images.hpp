@@ -221,16 +221,18 @@ struct ContactSheet {
 /// A displacement that leads back.
 struct Inverse {
   VectorField displacement{}; ///< pixels: what is at y came from y + d(y)
-  std::size_t unmet = 0;      ///< sites that are not met to `inverse_is_met`; where the image folds over
-  double farthest = 0.0;      ///< from a site to where its origin lands, pixels
+  std::size_t unmet = 0;      ///< sites that no tissue meets to `inverse_is_met`; where the image folds over
+  double farthest = 0.0;      ///< from a site to where its origin in tissue lands, pixels
   std::array<int, 3> at{};    ///< that site
 };
 inline constexpr double inverse_is_met = 0.01; ///< pixels
 /// Inverts x + d(x), linear between sites and moved as the border is beyond them. Where several points land
-/// at a site it takes one of them. Throws InputError where the displacement is not finite. Needs no ITK.
-[[nodiscard]] Inverse invert(const VectorField& displacement);
+/// at a site it takes one of them. What comes from sites where `tissue` is 0 is void and need not meet;
+/// empty: there is none. Throws InputError where the displacement is not finite. Needs no ITK.
+[[nodiscard]] Inverse invert(const VectorField& displacement, const ScalarField& tissue = {});
 /// The same of pixels of these sides (Level::sides), whose shortest one is the unit of the displacement.
-[[nodiscard]] Inverse invert(const VectorField& displacement, const std::array<double, 3>& pixel);
+[[nodiscard]] Inverse invert(const VectorField& displacement, const std::array<double, 3>& pixel,
+                             const ScalarField& tissue = {});
 
 /// Moves the image, on its own pixels: what is at p is what it had at p + d(p), in the patient's space, and 0
 /// where it had nothing; the displacement d is as physical_displacement() returns it, and 0 beside it.

@@ -103,9 +103,27 @@ Origin improve(const Motion& motion, const Eigen::Vector3d& start, const Eigen::
   return origin;
 }
 
+/// Whether all corners of the cell around a point are tissue.
+bool is_in_tissue(const Eigen::Vector3d& point, const ScalarField& tissue) {
+  const std::array<int, 3> sides = tissue.extent.sides();
+  std::array<int, 3> first{};
+  std::array<int, 3> last{};
+  for (std::size_t axis = 0; axis < 3; ++axis) {
+    const double at = std::clamp(point[static_cast<Eigen::Index>(axis)], 0.0, sides[axis] - 1.0);
+    first[axis] = static_cast<int>(std::floor(at));
+    last[axis] = static_cast<int>(std::ceil(at));
+  }
+  bool is_whole = true;
+  for (unsigned corner = 0; corner < 8; ++corner) {
+    const auto at = [&](unsigned axis) { return (corner >> axis & 1U) != 0 ? last[axis] : first[axis]; };
+    is_whole = is_whole && tissue.values[tissue.extent.index(at(0), at(1), at(2))] > 0.0F;
+  }
+  return is_whole;
+}
+
 } // namespace
 
-Inverse invert(const VectorField& displacement) {
+Inverse invert(const VectorField& displacement, const ScalarField& tissue) {
   const Extent extent = displacement.extent;
   validate(displacement, extent, "the displacement to invert");
   const Motion motion(displacement);
@@ -129,6 +147,9 @@ Inverse invert(const VectorField& displacement) {
         inverse.displacement[axis][extent.index(x, y, z)] =
             static_cast<float>(way[static_cast<Eigen::Index>(axis)]);
       }
+      if (origin.gap > near_enough && !tissue.values.empty() && !is_in_tissue(origin.point, tissue)) {
+        continue;
+      }
       Inverse& row = of_rows[number];
       row.unmet += origin.gap > inverse_is_met ? 1 : 0;
       if (origin.gap > row.farthest) {
@@ -147,9 +168,10 @@ Inverse invert(const VectorField& displacement) {
   return inverse;
 }
 
-Inverse invert(const VectorField& displacement, const std::array<double, 3>& pixel) {
+Inverse invert(const VectorField& displacement, const std::array<double, 3>& pixel,
+               const ScalarField& tissue) {
   const std::optional<VectorField> steps = in_steps(displacement, pixel);
-  Inverse inverse = invert(steps ? *steps : displacement);
+  Inverse inverse = invert(steps ? *steps : displacement, tissue);
   to_lengths(inverse.displacement, pixel);
   return inverse;
 }
