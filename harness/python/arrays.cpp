@@ -378,11 +378,12 @@ toml::table table_of(const py::dict& values) {
   return table;
 }
 
-toml::array tables_of(const py::iterable& values) {
+toml::array tables_of(std::string_view name, const py::iterable& values) {
   toml::array tables;
   for (const py::handle value : values) {
     if (!py::isinstance<py::dict>(value)) {
-      throw InputError(fmt::format("{}: is no dictionary", py::repr(value).cast<std::string>()));
+      throw InputError(fmt::format("{}: is a list of dictionaries, and {} is none", name,
+                                   py::repr(value).cast<std::string>()));
     }
     tables.push_back(table_of(value.cast<py::dict>()));
   }

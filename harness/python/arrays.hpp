@@ -75,8 +75,8 @@ struct GivenImage {
 
 /// Returns a dictionary of numbers, words, lists and dictionaries as a table.
 [[nodiscard]] toml::table table_of(const py::dict& values);
-/// Returns a list of dictionaries as tables.
-[[nodiscard]] toml::array tables_of(const py::iterable& values);
+/// Returns a list of dictionaries, the argument `name`, as tables. Throws InputError for anything else in it.
+[[nodiscard]] toml::array tables_of(std::string_view name, const py::iterable& values);
 
 /// Whether it is a path: str, or os.PathLike.
 [[nodiscard]] bool is_path(const py::object& value);

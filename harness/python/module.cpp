@@ -48,6 +48,11 @@ force       N/mm^3 on the tissue: the shape of labels and 2 or 3 components; mod
 fibre       directions of fibres in tissues with a fibre_modulus, as force; 0: a pixel without
 normals     directions across the walls that conditions with slide are, as force; 0: those of the labels
 conditions  [{"where": "left", "dx": -5.0}, ...] as [[condition]] has them; None: the border is held
+loads       [{"gravity": [0, 9.81, 0], "before": True}, {"pressure": 0.001, "from": 2, "on": 1}, ...] as [[load]] has
+            them; gravity in LPS whatever the affine, so that this one pulls to the back; it needs a density in
+            the dictionaries of all tissues. Moduli are absolute then
+resect      a label or several that are taken out, as [[resect]]; a load with "before" acted when the image was made
+law         "neo-hookean" or "linear", of all tissues that state none
 energy, method, iterations, poisson, accuracy, within, backend, device, threads
             as the options of `hdmbench run`: accuracy=0.1 or "0.1px" is pixels, "0.1mm" millimetres
 differentiable
@@ -64,19 +69,19 @@ std::string words_of(const py::object& value) {
   return value.is_none() ? "" : py::str(value).cast<std::string>();
 }
 
-std::unique_ptr<Result> solve_scene(py::object labels, py::object tissues, py::object points,
-                                    py::object targets, py::object confidence, py::object modulus,
-                                    py::object spacing, py::object affine, py::object scene, py::object size,
-                                    py::object conditions, py::object precision, py::object force,
-                                    py::object fibre, py::object normals, const py::object& energy,
-                                    const py::object& method, const py::object& iterations,
-                                    const py::object& poisson, const py::object& accuracy,
-                                    const py::object& within, const std::string& backend,
-                                    const std::string& device, int threads, bool differentiable) {
+std::unique_ptr<Result>
+solve_scene(py::object labels, py::object tissues, py::object points, py::object targets,
+            py::object confidence, py::object modulus, py::object spacing, py::object affine,
+            py::object scene, py::object size, py::object conditions, py::object precision, py::object force,
+            py::object fibre, py::object normals, py::object loads, py::object resect, py::object law,
+            const py::object& energy, const py::object& method, const py::object& iterations,
+            const py::object& poisson, const py::object& accuracy, const py::object& within,
+            const std::string& backend, const std::string& device, int threads, bool differentiable) {
   const SceneToLoad to_load = scene_to_load(
       {std::move(labels), std::move(tissues), std::move(points), std::move(targets), std::move(confidence),
        std::move(modulus), std::move(spacing), std::move(affine), std::move(scene), std::move(size),
-       std::move(conditions), std::move(precision), std::move(force), std::move(fibre), std::move(normals)});
+       std::move(conditions), std::move(precision), std::move(force), std::move(fibre), std::move(normals),
+       std::move(loads), std::move(resect), std::move(law)});
   Asked asked{.schedule = schedule_of(energy, method, iterations, poisson),
               .accuracy = words_of(accuracy),
               .within = words_of(within),
@@ -354,7 +359,8 @@ PYBIND11_MODULE(_hdmbench, module) {
              py::arg("modulus") = none, py::arg("spacing") = none, py::arg("affine") = none, py::kw_only(),
              py::arg("scene") = none, py::arg("size") = none, py::arg("conditions") = none,
              py::arg("precision") = none, py::arg("force") = none, py::arg("fibre") = none,
-             py::arg("normals") = none, py::arg("energy") = none, py::arg("method") = none,
+             py::arg("normals") = none, py::arg("loads") = none, py::arg("resect") = none,
+             py::arg("law") = none, py::arg("energy") = none, py::arg("method") = none,
              py::arg("iterations") = none, py::arg("poisson") = none, py::arg("accuracy") = none,
              py::arg("within") = none, py::arg("backend") = "openmp", py::arg("device") = "",
              py::arg("threads") = 0, py::arg("differentiable") = false);

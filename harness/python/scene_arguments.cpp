@@ -1,6 +1,7 @@
 #include "harness/python/scene_arguments.hpp"
 
 #include "harness/scene/files.hpp"
+#include "harness/scene/laws.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/unloading.hpp"
 #include "kernels/data/input_error.hpp"
@@ -55,6 +56,35 @@ toml::array tissues_of(const py::dict& tissues) {
   return tables;
 }
 
+/// The [[resect]] tables of a label, or of several.
+toml::array resected_of(const py::object& labels) {
+  const bool is_one = !py::isinstance<py::iterable>(labels);
+  toml::array tables;
+  for (const py::handle label : is_one ? py::object(py::make_tuple(labels)) : labels) {
+    py::dict table;
+    table["label"] = label;
+    tables.push_back(table_of(table));
+  }
+  return tables;
+}
+
+/// The law of all tissues that state none; empty: that of the scene.
+std::string law_of(const py::object& law) {
+  if (law.is_none()) {
+    return {};
+  }
+  const auto name = py::str(law).cast<std::string>();
+  const std::span<const RegisteredLaw* const> laws = registered_laws();
+  if (std::ranges::none_of(laws,
+                           [&](const RegisteredLaw* one) { return one->key.empty() && one->name == name; })) {
+    throw InputError(
+        fmt::format("law: is \"linear\" or \"neo-hookean\", not \"{}\"; one with a parameter is for the "
+                    "dictionaries of tissues",
+                    name));
+  }
+  return name;
+}
+
 /// What the scene has beside its images: of a file, or of arguments.
 toml::table keys_of(const SceneArguments& given, GivenScene& scene) {
   toml::table keys;
@@ -69,7 +99,13 @@ toml::table keys_of(const SceneArguments& given, GivenScene& scene) {
                      "tables");
   }
   if (!given.conditions.is_none()) {
-    keys.insert_or_assign("condition", tables_of(given.conditions.cast<py::iterable>()));
+    keys.insert_or_assign("condition", tables_of("conditions", given.conditions.cast<py::iterable>()));
+  }
+  if (!given.loads.is_none()) {
+    keys.insert_or_assign("load", tables_of("loads", given.loads.cast<py::iterable>()));
+  }
+  if (!given.resect.is_none()) {
+    keys.insert_or_assign("resect", resected_of(given.resect));
   }
   return keys;
 }
@@ -110,7 +146,9 @@ SceneToLoad load_of_file(const SceneArguments& given, SceneOptions options) {
   refuse({{"modulus", &given.modulus},
           {"spacing", &given.spacing},
           {"affine", &given.affine},
-          {"conditions", &given.conditions}},
+          {"conditions", &given.conditions},
+          {"loads", &given.loads},
+          {"resect", &given.resect}},
          "the scene's files say it");
   if (has_scene) {
     refuse({{"labels", &given.labels}, {"tissues", &given.tissues}}, "the scene has its own");
@@ -134,7 +172,7 @@ SceneToLoad load_of_file(const SceneArguments& given, SceneOptions options) {
   return {[name, options](ScheduleOverrides& schedule) {
     SceneOptions own = options;
     own.energy = schedule.energy_to_be();
-    own.law = schedule.law;
+    own.law = own.law.empty() ? schedule.law : own.law;
     Scene scene = load_scene(name, own);
     schedule.apply(scene);
     Progress silent(false);
@@ -178,7 +216,7 @@ SceneToLoad load_of_arrays(const SceneArguments& given, SceneOptions options) {
               [in_memory, options](ScheduleOverrides& schedule) {
                 SceneOptions own = options;
                 own.energy = schedule.energy_to_be();
-                own.law = schedule.law;
+                own.law = own.law.empty() ? schedule.law : own.law;
                 Scene scene = make_scene(std::move(*in_memory), own);
                 schedule.apply(scene);
                 Progress silent(false);
@@ -192,7 +230,7 @@ SceneToLoad load_of_arrays(const SceneArguments& given, SceneOptions options) {
 } // namespace
 
 SceneToLoad scene_to_load(const SceneArguments& given) {
-  const SceneOptions options{.size = size_of(given.size)};
+  const SceneOptions options{.size = size_of(given.size), .law = law_of(given.law)};
   const bool is_file = !given.scene.is_none() || is_path(given.labels);
   return is_file ? load_of_file(given, options) : load_of_arrays(given, options);
 }

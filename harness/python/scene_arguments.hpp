@@ -17,6 +17,9 @@ struct SceneArguments {
   py::object force = py::none();
   py::object fibre = py::none();
   py::object normals = py::none();
+  py::object loads = py::none();
+  py::object resect = py::none();
+  py::object law = py::none();
 };
 
 /// What they come to. The scene is loaded later, without the GIL.

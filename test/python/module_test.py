@@ -272,6 +272,47 @@ class InSpace(InFolder):
             with self.assertRaisesRegex(ValueError, "has normals, and no .* slides"):
                 solved(np.broadcast_to(normal, (*labels.shape, 3)), None)
 
+    def test_loads_and_resections_are_those_of_the_program(self):
+        """Gravity is in LPS whatever the affine, as in a scene file."""
+        try:
+            import nibabel
+        except ImportError:
+            self.skipTest("nibabel (python3-nibabel) is not installed")
+        labels = np.zeros((14, 12, 11), dtype="i2")
+        labels[2:12, 2:10, 2:9] = 1
+        labels[6:9, 5:7, 4:6] = 7
+        tissues = {0: 0.0, 1: {"modulus": 0.001, "density": 1040}, 7: {"modulus": 0.002, "density": 1040}}
+        conditions = [{"where": "labels", "labels": [1], "centre": [0.2, 0.5, 0.5], "size": [0.1, 2.0, 2.0],
+                       "dx": 0.0, "dy": 0.0, "dz": 0.0}]
+        loads = [{"gravity": [1.0, 9.81, -3.0], "before": True}, {"pressure": 2e-5, "from": 0, "on": 1}]
+        (self.folder / "scene.toml").write_text(
+            'energy = "elastic"\n[image]\nlabels = "labels.nii.gz"\n'
+            "[[tissue]]\nlabel = 0\nmodulus = 0.0\n"
+            "[[tissue]]\nlabel = 1\nmodulus = 0.001\ndensity = 1040\n"
+            "[[tissue]]\nlabel = 7\nmodulus = 0.002\ndensity = 1040\n"
+            '[[condition]]\nwhere = "labels"\nlabels = [1]\ncentre = [0.2, 0.5, 0.5]\nsize = [0.1, 2.0, 2.0]\n'
+            "dx = 0.0\ndy = 0.0\ndz = 0.0\n"
+            "[[load]]\ngravity = [1.0, 9.81, -3.0]\nbefore = true\n"
+            "[[load]]\npressure = 2e-5\nfrom = 0\non = 1\n[[resect]]\nlabel = 7\n")
+        for affine in self.affines():
+            nibabel.save(nibabel.Nifti1Image(labels, affine), self.folder / "labels.nii.gz")
+            given = nibabel.load(self.folder / "labels.nii.gz")
+            for law in (None, "neo-hookean"):
+                expected, _ = solved(self.folder, self.folder / "scene.toml", *(["--law", law] if law else []))
+                for resect in (7, [7]):
+                    result = hdmbench.solve(given, tissues, conditions=conditions, loads=loads, resect=resect, law=law)
+                    in_ras = expected * np.float32([-1, -1, 1]) + np.float32(0)
+                    self.same(np.ascontiguousarray(result.displacement), in_ras)
+        for arguments, words in (({"loads": [{"gravity": [0, 9.81, 0]}], "resect": 7}, "no .* has before = true"),
+                                 ({"resect": 3, "loads": loads}, "3 has no pixel"),
+                                 ({"loads": [{"force": 1}]}, "force"),
+                                 ({"loads": loads[0]}, "loads: is a list of dictionaries, and 'gravity' is none"),
+                                 ({"law": "stiffening"}, "not \"stiffening\"")):
+            with self.assertRaisesRegex(ValueError, words):
+                hdmbench.solve(labels, tissues, conditions=conditions, **arguments)
+        with self.assertRaisesRegex(ValueError, "loads has no effect here: the scene's files say it"):
+            hdmbench.solve(scene=self.folder / "scene.toml", loads=loads)
+
     def test_image_of_nibabel(self):
         try:
             import nibabel
