@@ -1,5 +1,6 @@
 // Normals of walls: those of the labels' pixels, how much they err, and those that an image gives.
 
+#include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/truths.hpp"
 #include "harness/scene/sites.hpp"
 #include "harness/solve/methods/solver.hpp"
@@ -330,6 +331,89 @@ TEST_P(WallNormalsOfADisc, ThatAreExactLetItTurn) {
 }
 
 INSTANTIATE_TEST_SUITE_P(Radius, WallNormalsOfADisc, testing::Values(25.7, 26.0, 26.3));
+
+/// Tissue in a hole with waves on its outline, of 60 mm at any number of pixels.
+class WavyHole {
+public:
+  WavyHole(int sides, double waves) : extent_{sides, sides}, spacing_(60.0 / sides) {
+    LabelField labels{extent_, std::vector<int>(extent_.sites())};
+    for_each_site(extent_, [&](int x, int y) {
+      const double along = spacing_ * (x - 0.5 * (sides - 1));
+      const double across = spacing_ * (y - 0.5 * (sides - 1));
+      const double outline = 22.0 + waves * std::cos(14.0 * std::atan2(across, along));
+      labels.values[extent_.index(x, y)] = std::hypot(along, 1.3 * across) < outline ? 1 : 2;
+    });
+    write_labels(folder_.path() / "labels.nrrd", labels, spacing_);
+  }
+
+  /// `more`: lines of the condition that slides, and further ones.
+  [[nodiscard]] Scene scene(const std::string& more) const {
+    return load_scene(folder_
+                          .write("scene.toml", "energy = \"elastic\"\n[[tissue]]\nlabel = 1\nmodulus = 3.0\n"
+                                               "[[tissue]]\nlabel = 2\nmodulus = 300.0\n[image]\nlabels = "
+                                               "\"labels.nrrd\"\n[[condition]]\nwhere = \"labels\"\nlabels = "
+                                               "[2]\n" +
+                                                   more)
+                          .string());
+  }
+
+  /// Returns how far the tissue moves where its middle is pulled one way, its sides the other: mean, mm.
+  [[nodiscard]] double moved(const std::string& more) const {
+    Scene of = scene(more);
+    Level& level = of.full;
+    level.force = VectorField(extent_);
+    for_each_site(extent_, [&](int x, int y) {
+      const bool is_inner = std::abs(2 * x - extent_.width) < extent_.width / 3;
+      level.force[1][extent_.index(x, y)] = static_cast<float>(is_inner ? 0.01 * spacing_ : -0.01 * spacing_);
+    });
+    const VectorField field = test::converged(level, 0.3);
+    const ScalarField tissue = tissue_of(of);
+    double sum = 0.0;
+    for (std::size_t site = 0; site < extent_.sites(); ++site) {
+      sum += tissue.values[site] * std::hypot(field[0][site], field[1][site]);
+    }
+    return spacing_ * sum / static_cast<double>(std::ranges::count(tissue.values, 1.0F));
+  }
+
+private:
+  test::TemporaryFolder folder_;
+  Extent extent_;
+  double spacing_;
+};
+
+/// Nine pixels are less of an outline the finer it is: tissue slid half as far in a fine image of the same
+/// hole.
+TEST(WallNormals, OfARadiusAreTheSameAtEveryResolution) {
+  const WavyHole coarse(100, 1.5);
+  const WavyHole fine(300, 1.5);
+  const std::string usual = "slide = true\n";
+  const std::string within = usual + "normal_radius = 9.0\n";
+  fmt::print("mean displacement of 100 and 300 pixels: {:.4f} and {:.4f} mm by 9 pixels, {:.4f} and {:.4f} "
+             "by 9 mm\n",
+             coarse.moved(usual), fine.moved(usual), coarse.moved(within), fine.moved(within));
+  EXPECT_GT(coarse.moved(usual), 1.6 * fine.moved(usual));
+  EXPECT_LT(coarse.moved(within), 1.25 * fine.moved(within));
+}
+
+TEST(WallNormals, OfRoughOutlinesAreWarnedOf) {
+  const auto is_warned = [](const Scene& scene) {
+    return std::ranges::count(diagnose(scene), "rough-walls", &Warning::kind) > 0;
+  };
+  const std::string slides = "slide = true\n";
+  EXPECT_FALSE(is_warned(WavyHole(200, 0.0).scene(slides)));
+  const WavyHole rough(200, 1.5);
+  EXPECT_TRUE(is_warned(rough.scene(slides)));
+  EXPECT_FALSE(is_warned(rough.scene(slides + "normal_radius = 8.0\n"))) << "somebody has said so";
+  expect_refusal([&] { (void)rough.scene(slides + "normal_radius = 50.0\n"); },
+                 "normals see the other side of what slides");
+  expect_refusal([&] { (void)rough.scene("dx = 1.0\nnormal_radius = 5.0\n"); }, "belongs to slide = true");
+  expect_refusal(
+      [&] {
+        (void)rough.scene(slides + "normal_radius = 5.0\n[[condition]]\nwhere = \"labels\"\nlabels = [2]\n" +
+                          slides + "normal_radius = 6.0\n");
+      },
+      "the walls of a scene have one");
+}
 
 TEST(WallNormals, AreRefusedWhereTheyCannotBe) {
   const RoundHole hole({31, 33}, {}, 12.3);

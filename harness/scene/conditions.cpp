@@ -35,7 +35,14 @@ struct Condition {
   std::vector<double> size{};   ///< the same
   double closing = 0.0;         ///< fraction of the image's shorter side
   double confidence = 1.0;
-  bool slides = false; ///< what is beside it slides along it
+  bool slides = false;                   ///< what is beside it slides along it
+  std::optional<double> normal_radius{}; ///< pixels
+};
+
+/// What is marked as walls.
+struct Walls {
+  std::vector<bool> sites{};             ///< that were ever marked; empty: none were
+  std::optional<double> normal_radius{}; ///< pixels
 };
 
 /// Reads the rest of a condition that is a wall.
@@ -90,6 +97,13 @@ Condition read_condition(TomlReader& table, bool may_be_springs, double spacing,
   if (condition.slides) {
     read_wall(table, may_be_springs, condition);
   }
+  table.read("normal_radius", condition.normal_radius);
+  if (condition.normal_radius) {
+    if (!condition.slides) {
+      table.fail("normal_radius", "belongs to slide = true: it is how far the normals of a wall look");
+    }
+    *condition.normal_radius /= spacing;
+  }
   table.read("confidence", condition.confidence);
   if (condition.where == Where::outside) {
     table.read("closing", condition.closing);
@@ -126,9 +140,8 @@ void mark_beyond(std::size_t site, Level& level, std::vector<bool>& named) {
   }
 }
 
-/// Makes walls of what is marked and was not replaced by a later condition, not even in a component. `named`
-/// is all that was ever marked.
-void set_marked_walls(const std::vector<bool>& named, const Content& content, Level& level) {
+/// Makes walls of what is marked and was not replaced by a later condition, not even in a component.
+void set_marked_walls(TomlReader& scene, const Walls& walls, const Content& content, Level& level) {
   std::vector<bool> beyond(level.extent.sites(), true);
   for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
     for (std::size_t site = 0; site < beyond.size(); ++site) {
@@ -136,7 +149,19 @@ void set_marked_walls(const std::vector<bool>& named, const Content& content, Le
     }
     std::ranges::replace(level.confidence[axis], beyond_a_wall, 0.0F);
   }
-  set_wall(beyond, named, content.placement.aspect, level, content.normals);
+  const std::array<double, 3>& step = content.placement.aspect;
+  std::optional<double> radius = walls.normal_radius;
+  if (radius) {
+    const auto [least, most] = limits_of_normal_radius(beyond, level.extent, step);
+    if (*radius > most) {
+      scene.fail("condition",
+                 fmt::format("normal_radius is {:.3g} mm: farther than {:.3g} normals see the other side "
+                             "of what slides",
+                             content.spacing * *radius, content.spacing * most));
+    }
+    radius = std::max(*radius, least);
+  }
+  set_wall(beyond, walls.sites, step, level, content.normals, radius);
 }
 
 void set(const Condition& condition, std::size_t site, const Components& displacement, Level& level) {
@@ -323,8 +348,8 @@ LabelField labels_of_pixels(const Content& content, const PixelPositions& at) {
 
 } // namespace
 
-std::vector<std::string> apply_conditions(TomlReader& scene, const Content& content, bool may_be_springs,
-                                          Level& level, When when) {
+AppliedConditions apply_conditions(TomlReader& scene, const Content& content, bool may_be_springs,
+                                   Level& level, When when) {
   const bool is_oblong = content.oblong && !has_equal_sides(*content.oblong);
   const PixelPositions at =
       is_oblong ? positions_of(*content.oblong, content.spacing, content.placement) : PixelPositions{};
@@ -334,7 +359,7 @@ std::vector<std::string> apply_conditions(TomlReader& scene, const Content& cont
   }
   std::vector<std::string> idle;
   int number = 0;
-  std::vector<bool> named; // by conditions that are walls
+  Walls walls;
   for (TomlReader& table : scene.tables("condition")) {
     const Condition condition = read_condition(table, may_be_springs, content.spacing, level.extent);
     ++number;
@@ -346,13 +371,19 @@ std::vector<std::string> apply_conditions(TomlReader& scene, const Content& cont
                  "takes the file's own pixels, which have other sides along the axes and are resampled "
                  "here; leave --size out");
     }
+    if (condition.normal_radius) {
+      if (walls.normal_radius && *walls.normal_radius != *condition.normal_radius) {
+        table.fail("normal_radius", "is another one than before: the walls of a scene have one");
+      }
+      walls.normal_radius = condition.normal_radius;
+    }
     for (const float label : condition.labels) {
       if (std::ranges::find(content.labels.values, static_cast<int>(label)) == content.labels.values.end()) {
         idle.push_back(fmt::format("[[condition]] {} on label {}, which no pixel has", number, label));
       }
     }
     if (!is_oblong || is_metric(condition)) {
-      apply(scene, condition, content.labels, content.placement.aspect, level, named);
+      apply(scene, condition, content.labels, content.placement.aspect, level, walls.sites);
       continue;
     }
     Level file{.extent = content.oblong->extent, .target = VectorField(content.oblong->extent)};
@@ -360,15 +391,15 @@ std::vector<std::string> apply_conditions(TomlReader& scene, const Content& cont
     for (std::vector<float>& component : file.confidence.planes) {
       std::ranges::fill(component, -1.0F); // nothing is said
     }
-    apply(scene, condition, of_file, at.step, file, named);
+    apply(scene, condition, of_file, at.step, file, walls.sites);
     (void)carry_conditions({std::move(file.target), std::move(file.confidence), at}, may_be_springs, level);
   }
-  if (!named.empty()) {
-    set_marked_walls(named, content, level);
+  if (!walls.sites.empty()) {
+    set_marked_walls(scene, walls, content, level);
   } else if (!content.normals[0].empty() && when == When::now) {
     scene.fail("image", "has normals, and no [[condition]] slides, whose wall they would be of");
   }
-  return idle;
+  return {.idle = std::move(idle), .states_normal_radius = walls.normal_radius.has_value()};
 }
 
 } // namespace hdmbench

@@ -52,7 +52,7 @@ std::optional<Level> take_out(TomlReader& scene, const Content& content, const R
                .confidence = VectorField(level.extent),
                .modulus = level.modulus,
                .sides = content.placement.aspect};
-  (void)apply_conditions(scene, content, true, before, When::before);
+  apply_conditions(scene, content, true, before, When::before);
   if (before.has_walls) {
     set_rest_on_walls(before);
   }

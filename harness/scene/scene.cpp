@@ -187,7 +187,9 @@ auto with_line(const std::string& file, const Call& call) {
 void read_conditions(TomlReader& reader, const SceneText& file, const SceneOptions& options,
                      const RegisteredEnergy& energy, Content& content, Scene& scene) {
   scene.before = take_out(reader, content, energy, options.law, scene.full);
-  scene.idle = apply_conditions(reader, content, scene.energy->is_of_cells(), scene.full);
+  AppliedConditions applied = apply_conditions(reader, content, scene.energy->is_of_cells(), scene.full);
+  scene.idle = std::move(applied.idle);
+  scene.states_normal_radius = applied.states_normal_radius;
   std::ranges::move(content.idle, std::back_inserter(scene.idle));
   scene.has_own_normals = !content.normals[0].empty();
   apply_points(reader, file.folder, options, content, scene);

@@ -118,7 +118,8 @@ struct Scene {
   /// Declared, and checked by verify: every intermediate of every sweep is exact in float32, so that no
   /// compiler's choice of operations can change a bit.
   bool exact = false;
-  bool has_own_normals = false; ///< of walls, from an image, not from pixels of labels
+  bool has_own_normals = false;      ///< of walls, from an image, not from pixels of labels
+  bool states_normal_radius = false; ///< how far from pixels of labels normals of walls are taken
   Schedule schedule;
   ObservationWeight weight; ///< changed by set_weight, whose product is full.penalty
 

@@ -120,15 +120,19 @@ void read_vector_images(TomlReader& image, const SceneText& file, std::optional<
 /// Which state of a body: that of its image, or the one that is asked for.
 enum class When { before, now };
 
+/// What is to be known of conditions that were applied.
+struct AppliedConditions {
+  std::vector<std::string> idle{};   ///< what has no effect, as of Scene::idle
+  bool states_normal_radius = false; ///< of walls
+};
+
 /// Applies the [[condition]] tables of a scene to level.target and level.confidence in order, later ones over
 /// earlier ones. Displacements are pixels at every size, or millimetres, of which content.spacing make a
 /// pixel. Where the file's pixels are oblong, the conditions are on these, and carried to the sites. Its
 /// labels tell where "outside" (label 0) is. Only conditions that may be springs know a deviation
-/// (RegisteredEnergy::is_of_cells). Before, only those that hold were there. Returns, as of Scene::idle, what
-/// has no effect.
-[[nodiscard]] std::vector<std::string> apply_conditions(TomlReader& scene, const Content& content,
-                                                        bool may_be_springs, Level& level,
-                                                        When when = When::now);
+/// (RegisteredEnergy::is_of_cells). Before, only those that hold were there.
+AppliedConditions apply_conditions(TomlReader& scene, const Content& content, bool may_be_springs,
+                                   Level& level, When when = When::now);
 
 /// Adds up the content's forces and the [[load]] tables in level.force: a gravity (m/s^2 in the patient's
 /// space, LPS) pulls at what the densities of tissues are, a pressure (MPa) pushes the sites of one label

@@ -155,6 +155,7 @@ const std::array keys_but_laws{
     Key{"condition", "unit"},
     Key{"condition", "outward"},
     Key{"condition", "slide"},
+    Key{"condition", "normal_radius", "it belongs to slide = true", is_positive, "positive (mm)"},
     Key{"condition", "closing", "it belongs to where = \"outside\"",
         [](double value) { return value >= 0.0 && value < 1.0; }, "in [0, 1) (a fraction of the image)"},
     Key{"condition", "confidence", {}, is_share, "within 0 ... 1"},

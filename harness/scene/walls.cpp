@@ -6,6 +6,8 @@
 #include <algorithm>
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -23,6 +25,9 @@ constexpr double reach_of_thickness = 2.4;
 constexpr double least_reach = 4.0;
 /// Stairs of long pixels are as long, so it looks farther there, at most so many times.
 constexpr double most_of_long_sides = 2.0;
+/// Where it looks farther than so many sites along an axis, it looks at some of them alone, about as many.
+constexpr int most_sites_seen = 18;
+constexpr int sites_seen = 12;
 
 using Direction = std::array<double, 3>;
 
@@ -61,24 +66,32 @@ double thickness(const std::vector<bool>& beyond, Extent extent, const std::arra
   return area > 0.0 ? inside * step[0] * step[1] * step[2] / area : 0.0;
 }
 
+/// Returns how far around a site its normal looks where nothing is said of that, pixels.
+double usual_radius(const std::vector<bool>& beyond, Extent extent, const std::array<double, 3>& step) {
+  const auto sides = std::span(step).first(extent.axes());
+  const double reach =
+      std::clamp(reach_of_thickness * thickness(beyond, extent, step), least_reach, reach_of_normals);
+  return reach * std::min(std::ranges::max(sides), most_of_long_sides);
+}
+
 /// The sites around one.
 class Surroundings {
 public:
+  /// Normals look `radius` pixels far.
   Surroundings(const std::vector<bool>& beyond, const std::vector<bool>& shape, Extent extent,
-               const std::array<double, 3>& step)
+               const std::array<double, 3>& step, double radius)
       : beyond_(beyond), shape_(shape), extent_(extent), step_(step) {
-    const auto sides = std::span(step).first(extent.axes());
-    const double reach =
-        std::clamp(reach_of_thickness * thickness(beyond, extent, step), least_reach, reach_of_normals);
-    const double farthest = reach * std::min(std::ranges::max(sides), most_of_long_sides);
+    std::array<int, 3> every{1, 1, 1};
     for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-      reach_[axis] = static_cast<int>(std::max(1.0, farthest / step[axis]));
+      const int sites = static_cast<int>(std::max(1.0, radius / step[axis]));
+      every[axis] = sites > most_sites_seen ? (sites + sites_seen - 1) / sites_seen : 1;
+      reach_[axis] = sites / every[axis] * every[axis];
     }
-    for (int k = -reach_[2]; k <= reach_[2]; ++k) {
-      for (int j = -reach_[1]; j <= reach_[1]; ++j) {
-        for (int i = -reach_[0]; i <= reach_[0]; ++i) {
+    for (int k = -reach_[2]; k <= reach_[2]; k += every[2]) {
+      for (int j = -reach_[1]; j <= reach_[1]; j += every[1]) {
+        for (int i = -reach_[0]; i <= reach_[0]; i += every[0]) {
           const Direction way{i * step[0], j * step[1], k * step[2]};
-          const double weight = 1.0 - product(way, way) / (farthest * farthest);
+          const double weight = 1.0 - product(way, way) / (radius * radius);
           if (weight > 0.0) {
             const auto offset =
                 static_cast<std::ptrdiff_t>(extent.index(reach_[0] + i, reach_[1] + j, reach_[2] + k)) -
@@ -314,14 +327,21 @@ std::vector<bool> with_bumps(const std::vector<bool>& solid, const Level& level)
   return stays;
 }
 
+std::array<double, 2> limits_of_normal_radius(const std::vector<bool>& solid, Extent extent,
+                                              const std::array<double, 3>& step) {
+  return {least_reach, std::max(least_reach, reach_of_thickness * thickness(solid, extent, step))};
+}
+
 void set_wall(const std::vector<bool>& solid, const std::vector<bool>& shape,
-              const std::array<double, 3>& step, Level& level, const VectorField& normals) {
+              const std::array<double, 3>& step, Level& level, const VectorField& normals,
+              std::optional<double> radius) {
   const Extent extent = level.extent;
   const std::size_t axes = extent.axes();
   const std::vector<bool> beyond = with_bumps(solid, level);
   level.walls.resize(axes * (axes + 1) / 2, std::vector<float>(extent.sites()));
   level.has_walls = true;
-  const Surroundings around(beyond, shape, extent, step);
+  const Surroundings around(beyond, shape, extent, step,
+                            radius ? *radius : usual_radius(beyond, extent, step));
   const auto known = [&](std::size_t site) {
     Direction normal{};
     for (std::size_t axis = 0; axis < axes && !normals[0].empty(); ++axis) {
@@ -357,6 +377,45 @@ void set_wall(const std::vector<bool>& solid, const std::vector<bool>& shape,
       set_site(x, row % extent.height, row / extent.height);
     }
   }
+}
+
+TurnOfNormals turn_of_normals(const Level& level) {
+  constexpr std::size_t most_sites = 4000;
+  const Extent extent = level.extent;
+  std::vector<std::array<int, 3>> on_walls;
+  std::vector<bool> beyond(extent.sites());
+  const float least = void_modulus(level);
+  for_each_site(extent, [&](int x, int y, int z) {
+    const std::size_t site = extent.index(x, y, z);
+    beyond[site] = level.modulus.values[site] < least;
+    if (is_on_wall(level, site)) {
+      on_walls.push_back({x, y, z});
+    }
+  });
+  const std::size_t every = on_walls.size() / most_sites + 1;
+  const std::size_t count = (on_walls.size() + every - 1) / every;
+  const double radius = usual_radius(beyond, extent, level.sides);
+  const Surroundings around(beyond, beyond, extent, level.sides, 2.0 * radius);
+  std::vector<double> squares(count); // of the sine of each one's turn
+  on_all_threads(count, true, [&](std::size_t number) {
+    const std::array<int, 3>& place = on_walls[number * every];
+    const std::size_t site = extent.index(place[0], place[1], place[2]);
+    const Direction normal = around.normal(place);
+    double along = 0.0;
+    double trace = 0.0;
+    for (std::size_t a = 0; a < extent.axes(); ++a) {
+      for (std::size_t b = 0; b < extent.axes(); ++b) {
+        const double entry =
+            double{level.walls[symmetric_entry(extent.axes(), std::min(a, b), std::max(a, b))][site]};
+        along += normal[a] * normal[b] * entry;
+        trace += a == b ? entry : 0.0;
+      }
+    }
+    squares[number] = std::clamp(1.0 - along / trace, 0.0, 1.0);
+  });
+  const double mean =
+      count > 0 ? std::accumulate(squares.begin(), squares.end(), 0.0) / static_cast<double>(count) : 0.0;
+  return {.radius = radius, .degrees = 180.0 / std::numbers::pi * std::asin(std::sqrt(mean))};
 }
 
 void set_rest_on_walls(Level& level) {
