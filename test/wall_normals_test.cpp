@@ -405,7 +405,7 @@ TEST(WallNormals, OfRoughOutlinesAreWarnedOf) {
   EXPECT_TRUE(is_warned(rough.scene(slides)));
   EXPECT_FALSE(is_warned(rough.scene(slides + "normal_radius = 8.0\n"))) << "somebody has said so";
   expect_refusal([&] { (void)rough.scene(slides + "normal_radius = 50.0\n"); },
-                 "normals see the other side of what slides");
+                 "see the other side of what slides");
   expect_refusal([&] { (void)rough.scene("dx = 1.0\nnormal_radius = 5.0\n"); }, "belongs to slide = true");
   expect_refusal(
       [&] {

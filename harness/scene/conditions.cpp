@@ -155,8 +155,8 @@ void set_marked_walls(TomlReader& scene, const Walls& walls, const Content& cont
     const auto [least, most] = limits_of_normal_radius(beyond, level.extent, step);
     if (*radius > most) {
       scene.fail("condition",
-                 fmt::format("normal_radius is {:.3g} mm: farther than {:.3g} normals see the other side "
-                             "of what slides",
+                 fmt::format("normal_radius is {:.3g} mm, and normals that look farther than {:.3g} mm see "
+                             "the other side of what slides",
                              content.spacing * *radius, content.spacing * most));
     }
     radius = std::max(*radius, least);
