@@ -381,6 +381,42 @@ void print_run(const Call& call, const Solved& solved, const json& by_rank, json
   print_result(call, solved, row);
 }
 
+/// Returns the scene of all ranks, and adds to the phases what it took since the clock began.
+Scene timed_scene(Call& call, const Clock& clock, json& phases) {
+  Scene scene = load_for(call);
+  phases["reading_seconds"] = clock.seconds() - (scene.resected ? scene.resected->seconds : 0.0);
+  if (scene.resected) {
+    phases["unloading_seconds"] = scene.resected->seconds;
+  }
+  require_same_scenes(call, {&scene, 1});
+  return scene;
+}
+
+/// Returns all ranks as one backend; null without ranks. Takes from `session` the device, which each rank has
+/// taken for itself.
+std::unique_ptr<RankBackend> backend_of_ranks(const Call& call,
+                                              const std::vector<std::unique_ptr<Backend>>& registry,
+                                              const Scene& scene, SessionOptions& session) {
+  if (call.ranks == nullptr) {
+    return nullptr;
+  }
+  auto shared = std::make_unique<RankBackend>(*call.ranks, registry, call[option::backend], session,
+                                              sharing_of(scene, call));
+  session.device.clear();
+  return shared;
+}
+
+/// solve_request() that adds to the phases what it took.
+Answer timed_answer(Scene& scene, const Request& request, const Backend& backend,
+                    const SessionOptions& session, Progress& progress, json& phases) {
+  const Clock solving;
+  Answer answer = solve_request(scene, request, backend, session, progress);
+  const Timings& timings = answer.solution().timings;
+  phases["solution_seconds"] = solving.seconds();
+  phases["setup_seconds"] = timings.projection + timings.upload;
+  return answer;
+}
+
 int run_scene(Call& call) {
   const Clock clock;
   require_meaning(call);
@@ -388,28 +424,17 @@ int run_scene(Call& call) {
   Progress progress(call.speaks());
   progress.describe(fmt::format("prepare {}", call[option::scene]));
   SpreadOfRun how_sure = asked_spread(call);
-  Scene scene = load_for(call);
-  json phases{{"reading_seconds", clock.seconds() - (scene.resected ? scene.resected->seconds : 0.0)}};
-  if (scene.resected) {
-    phases["unloading_seconds"] = scene.resected->seconds;
-  }
-  require_same_scenes(call, {&scene, 1});
+  json phases;
+  Scene scene = timed_scene(call, clock, phases);
   const Request request = request_of(call, scene.spacing);
   const auto registry = make_backends();
   SessionOptions session = call.session();
-  std::optional<RankBackend> shared;
-  if (call.ranks != nullptr) {
-    shared.emplace(*call.ranks, registry, call[option::backend], session, sharing_of(scene, call));
-    session.device.clear(); // a rank's own is taken already
-  }
+  const std::unique_ptr<RankBackend> shared = backend_of_ranks(call, registry, scene, session);
   const Backend& backend = shared ? *shared : choose_backend(call, registry, scene);
   const Device device = backend.device(session);
   const std::vector<std::string> files = files_of(call, scene, how_sure);
-  const Clock solving;
-  const Answer answer = solve_request(scene, request, backend, session, progress);
+  const Answer answer = timed_answer(scene, request, backend, session, progress, phases);
   const Solution& solution = answer.solution();
-  phases["solution_seconds"] = solving.seconds();
-  phases["setup_seconds"] = solution.timings.projection + solution.timings.upload;
   const auto left_out = misses_left_out(
       call, scene.points.size(),
       [&](Scene& of) {
