@@ -11,9 +11,6 @@ namespace hdmbench {
 
 namespace {
 
-std::size_t moments_of(std::size_t axes) {
-  return axes == 3 ? 23 : 6;
-}
 std::size_t prescribed_of(std::size_t axes) {
   return axes == 3 ? axes : 0;
 }
@@ -98,20 +95,20 @@ OwnCells::OwnCells(const ElasticLevel& level, const Coarsening& coarsening, cons
   const std::size_t axes = grid.axes();
   const std::size_t sites = owned.extent().sites();
   const CellKinds& kinds = coarsening.kinds;
-  arrays.resize((moments_of(axes) + 1 + prescribed_of(axes)) * sites);
+  arrays.resize((moments_of_cells(axes) + 1 + prescribed_of(axes)) * sites);
   std::vector<std::size_t> with_matrix;
   for_each_cell(owned, kinds.extent, [&](std::size_t site, int x, int y, int z) {
-    for (std::size_t moment = 0; moment < moments_of(axes); ++moment) {
+    for (std::size_t moment = 0; moment < moments_of_cells(axes); ++moment) {
       arrays[moment * sites + site] = level.moments[moment][grid.index(x, y, z)];
     }
     const std::size_t cell = kinds.extent.index(x, y, z);
-    arrays[moments_of(axes) * sites + site] = static_cast<float>(kinds.kind[cell]);
+    arrays[moments_of_cells(axes) * sites + site] = static_cast<float>(kinds.kind[cell]);
     if (kinds.kind[cell] == CellKind::masked) {
       with_matrix.push_back(kinds.index[cell]);
     }
   });
   for (std::size_t axis = 0; axis < prescribed_of(axes); ++axis) {
-    float* const to = arrays.data() + (moments_of(axes) + 1 + axis) * sites;
+    float* const to = arrays.data() + (moments_of_cells(axes) + 1 + axis) * sites;
     for_each_cell(owned, grid.sites, [&](std::size_t site, int x, int y, int z) {
       to[site] = static_cast<float>(coarsening.prescribed.component[axis][grid.index(x, y, z)]);
     });
@@ -131,8 +128,8 @@ ParentLevel uncut_level(Exchange& exchange, const ElasticLevel& shape, std::span
   const Extent extent = shape.grid.sites;
   const std::size_t axes = extent.axes();
   const std::size_t sites = extent.sites();
-  const std::vector<float> values =
-      on_first(exchange, owned, extent, own, &OwnCells::arrays, moments_of(axes) + 1 + prescribed_of(axes));
+  const std::vector<float> values = on_first(exchange, owned, extent, own, &OwnCells::arrays,
+                                             moments_of_cells(axes) + 1 + prescribed_of(axes));
   const std::vector<Box> held = segments(exchange, owned.size(), own);
   const int count = std::ranges::max(held, {}, [](const Box& box) { return box.end[0]; }).end[0];
   std::vector<float> matrices;
@@ -142,7 +139,7 @@ ParentLevel uncut_level(Exchange& exchange, const ElasticLevel& shape, std::span
   if (exchange.rank() != 0) {
     return {};
   }
-  ParentLevel all{.level = empty_level(extent, moments_of(axes)), .coarsening = {}};
+  ParentLevel all{.level = empty_level(extent, moments_of_cells(axes)), .coarsening = {}};
   all.level.ratio = shape.ratio;
   all.level.stride = shape.stride;
   CellKinds& kinds = all.coarsening.kinds;
@@ -151,13 +148,14 @@ ParentLevel uncut_level(Exchange& exchange, const ElasticLevel& shape, std::span
   all.coarsening.prescribed.component.resize(prescribed_of(axes),
                                              std::vector<std::uint8_t>(shape.grid.size()));
   for_each_cell(all_of(extent), kinds.extent, [&](std::size_t site, int x, int y, int z) {
-    for (std::size_t moment = 0; moment < moments_of(axes); ++moment) {
+    for (std::size_t moment = 0; moment < moments_of_cells(axes); ++moment) {
       all.level.moments[moment][shape.grid.index(x, y, z)] = values[moment * sites + site];
     }
-    kinds.kind[kinds.extent.index(x, y, z)] = static_cast<CellKind>(values[moments_of(axes) * sites + site]);
+    kinds.kind[kinds.extent.index(x, y, z)] =
+        static_cast<CellKind>(values[moments_of_cells(axes) * sites + site]);
   });
   for (std::size_t axis = 0; axis < prescribed_of(axes); ++axis) {
-    const float* const from = values.data() + (moments_of(axes) + 1 + axis) * sites;
+    const float* const from = values.data() + (moments_of_cells(axes) + 1 + axis) * sites;
     for_each_cell(all_of(extent), extent, [&](std::size_t site, int x, int y, int z) {
       all.coarsening.prescribed.component[axis][shape.grid.index(x, y, z)] = from[site] != 0.0F ? 1 : 0;
     });

@@ -246,7 +246,7 @@ private:
 
   /// What does not change: of sites and cells in arrays of the layout, and lists.
   void upload_fixed(const ElasticHierarchy& hierarchy) {
-    SiteNumbers moments(layout_.size - layout_.moments_from(), axes_ == 3 ? 23 : 6, has_planes());
+    SiteNumbers moments(layout_.size - layout_.moments_from(), moments_of_cells(axes_), has_planes());
     SiteNumbers response(layout_.size, axes_ == 3 ? 7 : 3, has_planes()); // and moduli of a volume's sites
     std::vector<const float*> matrices;                                   // of masked cells
     for (std::size_t number = 0; number < hierarchy.levels.size(); ++number) {

@@ -328,7 +328,7 @@ private:
 ElasticLevel image_level(const ElasticBody& body) {
   const Level& full = body.level;
   const bool is_volume = full.extent.axes() == 3;
-  ElasticLevel image = empty_level(full.extent, is_volume ? 1 : 6);
+  ElasticLevel image = empty_level(full.extent, is_volume ? 1 : moments_of_cells(2));
   image.ratio = ElasticRatios<float>::of(body.model.poisson, full.sides);
   image.bend = bend_of(body);
   if (is_volume) {
@@ -359,7 +359,7 @@ void add_level(Responses& responses, std::vector<ElasticLevel>& levels, Coarseni
   const bool is_volume = axes == 3;
   const Stride stride = stride_of(responses.sides(), axes);
   responses.coarsen(stride);
-  ElasticLevel level = empty_level(coarser(fine.grid.sites, stride), is_volume ? 23 : 6);
+  ElasticLevel level = empty_level(coarser(fine.grid.sites, stride), moments_of_cells(axes));
   level.stride = stride;
   level.ratio = responses.ratio();
   is_volume ? set_volume_parents(level, fine) : set_parent_moments(level, fine);

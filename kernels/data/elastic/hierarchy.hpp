@@ -52,14 +52,19 @@ struct RingedGrid {
 /// level's cells are long already.
 using Stride = std::array<int, 3>;
 
+/// Returns how many moments a cell has (CellMoments): six in an image (specification/elastic/cell.inc), 23 in
+/// a volume (volume.inc).
+[[nodiscard]] constexpr std::size_t moments_of_cells(std::size_t axes) {
+  return axes == 3 ? 23 : 6;
+}
+
 /// One level of an elastic body: all that a sweep reads and does not write.
 struct ElasticLevel {
   RingedGrid grid;
   ElasticRatios<float> ratio{}; ///< of its cells, whose sides may differ from those of other levels
   Stride stride{2, 2, 2};       ///< not read of the image
-  /// The moments of cells, MPa, in the order of CellMoments: six in an image
-  /// (specification/elastic/cell.inc), 23 in a volume (volume.inc), 0 where a cell is masked. A volume's
-  /// finest level has one array instead: the modulus of each site.
+  /// The moments_of_cells(), MPa, in the order of CellMoments, 0 where a cell is masked. A volume's finest
+  /// level has one array instead: the modulus of each site.
   std::vector<std::vector<float>> moments;
   float bend = 1.0F; ///< CellMoments::bend of a volume's finest level
   /// SiteResponse of sites: symmetric_entry() of the relaxation times the inverse of their own stiffness.
@@ -101,7 +106,7 @@ struct ElasticHierarchy {
 };
 
 /// A level whose cells have no stiffness and whose sites do not respond, with so many arrays of moments.
-[[nodiscard]] ElasticLevel empty_level(Extent sites, std::size_t moments = 6);
+[[nodiscard]] ElasticLevel empty_level(Extent sites, std::size_t moments = moments_of_cells(2));
 
 /// Returns by how much to make a level coarser whose cells have these sides. Where one is more than twice as
 /// long as another, only those that are short become longer: on long cells a sweep leaves waves across their

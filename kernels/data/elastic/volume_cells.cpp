@@ -10,7 +10,7 @@ namespace hdmbench {
 namespace {
 
 constexpr std::size_t lanes = 16;
-constexpr std::size_t moment_count = 23;
+constexpr std::size_t moment_count = moments_of_cells(3);
 constexpr std::size_t monomials = 27; ///< r^i s^j t^k with i, j, k <= 2; four of them are never read
 
 /// i + 3 j + 9 k of the moments in the order of CellMoments (volume.inc).
