@@ -395,7 +395,10 @@ TurnOfNormals turn_of_normals(const Level& level) {
   const std::size_t every = on_walls.size() / most_sites + 1;
   const std::size_t count = (on_walls.size() + every - 1) / every;
   const double radius = usual_radius(beyond, extent, level.sides);
-  const Surroundings around(beyond, beyond, extent, level.sides, 2.0 * radius);
+  const double thick = thickness(beyond, extent, level.sides);
+  const double farther =
+      std::clamp(std::max(2.0 * radius, thick), radius, std::max(radius, reach_of_thickness * thick));
+  const Surroundings around(beyond, beyond, extent, level.sides, farther);
   std::vector<double> squares(count); // of the sine of each one's turn
   on_all_threads(count, true, [&](std::size_t number) {
     const std::array<int, 3>& place = on_walls[number * every];
@@ -415,7 +418,8 @@ TurnOfNormals turn_of_normals(const Level& level) {
   });
   const double mean =
       count > 0 ? std::accumulate(squares.begin(), squares.end(), 0.0) / static_cast<double>(count) : 0.0;
-  return {.radius = radius, .degrees = 180.0 / std::numbers::pi * std::asin(std::sqrt(mean))};
+  return {
+      .radius = radius, .farther = farther, .degrees = 180.0 / std::numbers::pi * std::asin(std::sqrt(mean))};
 }
 
 void set_rest_on_walls(Level& level) {

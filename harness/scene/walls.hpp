@@ -33,7 +33,8 @@ void set_wall(const std::vector<bool>& solid, const std::vector<bool>& shape,
 /// By how much the normals of walls turn where they look farther.
 struct TurnOfNormals {
   double radius = 0.0;  ///< pixels: how far they look by themselves
-  double degrees = 0.0; ///< the root mean square over the wall, where they look twice as far
+  double farther = 0.0; ///< pixels: twice as far, or as far as what slides is thick
+  double degrees = 0.0; ///< the root mean square over the wall
 };
 /// Stairs of a smooth outline turn normals by a few degrees, notches, bumps and edges by many: these hold
 /// what slides, or do not, by how far normals look. The level has walls whose normals are usual ones.

@@ -289,10 +289,10 @@ void check_walls(const Scene& scene, Warnings& warnings) {
          "percent"_a = 100.0 * largest_share_of_normals(angle));
   }
   if (scene.full.has_walls && !scene.has_own_normals && !scene.states_normal_radius) {
-    constexpr double most = 6.0; // degrees: ellipses turn them by up to 4, labels of a brain by 9 to 16
+    constexpr double most = 6.0; // degrees: WallNormals.OfRoughOutlinesAreWarnedOf prints some
     if (const TurnOfNormals turn = turn_of_normals(scene.full); turn.degrees > most) {
       warn(warnings, "rough-walls", std::nullopt, "radius"_a = turn.radius * scene.spacing,
-           "angle"_a = turn.degrees);
+           "farther"_a = turn.farther * scene.spacing, "angle"_a = turn.degrees);
     }
   }
 }
