@@ -3,7 +3,6 @@
 #include "harness/judge/diagnosis/diagnosis.hpp"
 #include "harness/judge/truths.hpp"
 #include "harness/scene/sites.hpp"
-#include "harness/scene/walls.hpp"
 #include "harness/solve/methods/solver.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
@@ -405,10 +404,13 @@ TEST(WallNormals, OfRoughOutlinesAreWarnedOf) {
     for (const double waves : {0.0, 1.5}) {
       const Scene scene = WavyHole(sides, waves).scene(slides);
       fmt::print("{} pixels, waves of {} mm: normals turn by {:.1f} degrees\n", scene.extent().text(), waves,
-                 turn_of_normals(scene.full).degrees);
+                 scene.turn_of_normals.value().degrees);
       EXPECT_EQ(is_warned(scene), waves > 0.0 && sides > 50) << "9 pixels of 50 are more than a wave";
     }
   }
+  const std::string opening = "[[condition]]\nwhere = \"labels\"\nlabels = [2]\ncentre = [0.5, 0.2]\n"
+                              "size = [0.3, 0.2]\ndx = 0.0\ndy = -2.0\n";
+  EXPECT_FALSE(is_warned(WavyHole(200, 0.0).scene(slides + opening))) << "a wall keeps its normals at rims";
   const WavyHole rough(200, 1.5);
   EXPECT_FALSE(is_warned(rough.scene(slides + "normal_radius = 8.0\n"))) << "somebody has said so";
   expect_refusal([&] { (void)rough.scene(slides + "normal_radius = 50.0\n"); },

@@ -141,7 +141,9 @@ void mark_beyond(std::size_t site, Level& level, std::vector<bool>& named) {
 }
 
 /// Makes walls of what is marked and was not replaced by a later condition, not even in a component.
-void set_marked_walls(TomlReader& scene, const Walls& walls, const Content& content, Level& level) {
+/// Returns how much their normals turn where nobody has said how far they look.
+std::optional<TurnOfNormals> set_marked_walls(TomlReader& scene, const Walls& walls, const Content& content,
+                                              Level& level) {
   std::vector<bool> beyond(level.extent.sites(), true);
   for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
     for (std::size_t site = 0; site < beyond.size(); ++site) {
@@ -162,6 +164,9 @@ void set_marked_walls(TomlReader& scene, const Walls& walls, const Content& cont
     radius = std::max(*radius, least);
   }
   set_wall(beyond, walls.sites, step, level, content.normals, radius);
+  return radius || !content.normals[0].empty()
+             ? std::nullopt
+             : std::optional(turn_of_normals(beyond, walls.sites, step, level));
 }
 
 void set(const Condition& condition, std::size_t site, const Components& displacement, Level& level) {
@@ -394,12 +399,13 @@ AppliedConditions apply_conditions(TomlReader& scene, const Content& content, bo
     apply(scene, condition, of_file, at.step, file, walls.sites);
     (void)carry_conditions({std::move(file.target), std::move(file.confidence), at}, may_be_springs, level);
   }
+  AppliedConditions applied{.idle = std::move(idle)};
   if (!walls.sites.empty()) {
-    set_marked_walls(scene, walls, content, level);
+    applied.turn_of_normals = set_marked_walls(scene, walls, content, level);
   } else if (!content.normals[0].empty() && when == When::now) {
     scene.fail("image", "has normals, and no [[condition]] slides, whose wall they would be of");
   }
-  return {.idle = std::move(idle), .states_normal_radius = walls.normal_radius.has_value()};
+  return applied;
 }
 
 } // namespace hdmbench

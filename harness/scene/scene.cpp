@@ -189,7 +189,7 @@ void read_conditions(TomlReader& reader, const SceneText& file, const SceneOptio
   scene.before = take_out(reader, content, energy, options.law, scene.full);
   AppliedConditions applied = apply_conditions(reader, content, scene.energy->is_of_cells(), scene.full);
   scene.idle = std::move(applied.idle);
-  scene.states_normal_radius = applied.states_normal_radius;
+  scene.turn_of_normals = applied.turn_of_normals;
   std::ranges::move(content.idle, std::back_inserter(scene.idle));
   scene.has_own_normals = !content.normals[0].empty();
   apply_points(reader, file.folder, options, content, scene);

@@ -5,6 +5,7 @@
 #include "harness/scene/placement.hpp"
 #include "harness/scene/points.hpp"
 #include "harness/scene/sites.hpp"
+#include "harness/scene/walls.hpp"
 #include "kernels/data/modulus.hpp"
 #include "kernels/data/pyramid.hpp"
 
@@ -118,8 +119,9 @@ struct Scene {
   /// Declared, and checked by verify: every intermediate of every sweep is exact in float32, so that no
   /// compiler's choice of operations can change a bit.
   bool exact = false;
-  bool has_own_normals = false;      ///< of walls, from an image, not from pixels of labels
-  bool states_normal_radius = false; ///< how far from pixels of labels normals of walls are taken
+  bool has_own_normals = false; ///< of walls, from an image, not from pixels of labels
+  /// None: there are no walls, or somebody has said how far their normals look, or what they are.
+  std::optional<TurnOfNormals> turn_of_normals{};
   Schedule schedule;
   ObservationWeight weight; ///< changed by set_weight, whose product is full.penalty
 

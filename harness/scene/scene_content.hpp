@@ -122,8 +122,8 @@ enum class When { before, now };
 
 /// What is to be known of conditions that were applied.
 struct AppliedConditions {
-  std::vector<std::string> idle{};   ///< what has no effect, as of Scene::idle
-  bool states_normal_radius = false; ///< of walls
+  std::vector<std::string> idle{};                ///< what has no effect, as of Scene::idle
+  std::optional<TurnOfNormals> turn_of_normals{}; ///< as of Scene
 };
 
 /// Applies the [[condition]] tables of a scene to level.target and level.confidence in order, later ones over

@@ -379,26 +379,23 @@ void set_wall(const std::vector<bool>& solid, const std::vector<bool>& shape,
   }
 }
 
-TurnOfNormals turn_of_normals(const Level& level) {
+TurnOfNormals turn_of_normals(const std::vector<bool>& solid, const std::vector<bool>& shape,
+                              const std::array<double, 3>& step, const Level& level) {
   constexpr std::size_t most_sites = 4000;
   const Extent extent = level.extent;
   std::vector<std::array<int, 3>> on_walls;
-  std::vector<bool> beyond(extent.sites());
-  const float least = void_modulus(level);
   for_each_site(extent, [&](int x, int y, int z) {
-    const std::size_t site = extent.index(x, y, z);
-    beyond[site] = level.modulus.values[site] < least;
-    if (is_on_wall(level, site)) {
+    if (is_on_wall(level, extent.index(x, y, z))) {
       on_walls.push_back({x, y, z});
     }
   });
   const std::size_t every = on_walls.size() / most_sites + 1;
   const std::size_t count = (on_walls.size() + every - 1) / every;
-  const double radius = usual_radius(beyond, extent, level.sides);
-  const double thick = thickness(beyond, extent, level.sides);
+  const double radius = usual_radius(solid, extent, step);
+  const double thick = thickness(solid, extent, step);
   const double farther =
       std::clamp(std::max(2.0 * radius, thick), radius, std::max(radius, reach_of_thickness * thick));
-  const Surroundings around(beyond, beyond, extent, level.sides, farther);
+  const Surroundings around(solid, shape, extent, step, farther);
   std::vector<double> squares(count); // of the sine of each one's turn
   on_all_threads(count, true, [&](std::size_t number) {
     const std::array<int, 3>& place = on_walls[number * every];

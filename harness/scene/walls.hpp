@@ -37,8 +37,10 @@ struct TurnOfNormals {
   double degrees = 0.0; ///< the root mean square over the wall
 };
 /// Stairs of a smooth outline turn normals by a few degrees, notches, bumps and edges by many: these hold
-/// what slides, or do not, by how far normals look. The level has walls whose normals are usual ones.
-[[nodiscard]] TurnOfNormals turn_of_normals(const Level& level);
+/// what slides, or do not, by how far normals look. The level has the wall that set_wall() made of the same,
+/// with usual normals.
+[[nodiscard]] TurnOfNormals turn_of_normals(const std::vector<bool>& solid, const std::vector<bool>& shape,
+                                            const std::array<double, 3>& step, const Level& level);
 
 /// Moves the targets of all sites that slide as set_rest_on_wall() does; after all else is said of them.
 void set_rest_on_walls(Level& level);

@@ -3,7 +3,6 @@
 #include "harness/scene/level_sequence.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/scene/sites.hpp"
-#include "harness/scene/walls.hpp"
 #include "kernels/data/elastic/conditions.hpp"
 #include "kernels/data/elastic/springs.hpp"
 #include "kernels/data/elastic/wall_hold.hpp"
@@ -288,12 +287,10 @@ void check_walls(const Scene& scene, Warnings& warnings) {
     warn(warnings, "walls-hold-little", std::nullopt, "angle"_a = angle, "error"_a = error_of_normals,
          "percent"_a = 100.0 * largest_share_of_normals(angle));
   }
-  if (scene.full.has_walls && !scene.has_own_normals && !scene.states_normal_radius) {
-    constexpr double most = 6.0; // degrees: WallNormals.OfRoughOutlinesAreWarnedOf prints some
-    if (const TurnOfNormals turn = turn_of_normals(scene.full); turn.degrees > most) {
-      warn(warnings, "rough-walls", std::nullopt, "radius"_a = turn.radius * scene.spacing,
-           "farther"_a = turn.farther * scene.spacing, "angle"_a = turn.degrees);
-    }
+  constexpr double most = 6.0; // degrees: WallNormals.OfRoughOutlinesAreWarnedOf prints some
+  if (const auto& turn = scene.turn_of_normals; turn && turn->degrees > most) {
+    warn(warnings, "rough-walls", std::nullopt, "radius"_a = turn->radius * scene.spacing,
+         "farther"_a = turn->farther * scene.spacing, "angle"_a = turn->degrees);
   }
 }
 
