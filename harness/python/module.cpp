@@ -50,7 +50,7 @@ normals     directions across the walls that conditions with slide are, as force
 conditions  [{"where": "left", "dx": -5.0}, ...] as [[condition]] has them; None: the border is held
 loads       [{"gravity": [0, 9.81, 0], "before": True}, {"pressure": 0.001, "from": 2, "on": 1}, ...] as [[load]] has
             them; gravity in LPS whatever the affine, so that this one pulls to the back; it needs a density in
-            the dictionaries of all tissues. Moduli are absolute then
+            the dictionaries of all tissues but void. Moduli are absolute then
 resect      a label or several that are taken out, as [[resect]]; a load with "before" acted when the image was made
 law         "neo-hookean" or "linear", of all tissues that state none
 energy, method, iterations, poisson, accuracy, within, backend, device, threads

@@ -303,6 +303,11 @@ class InSpace(InFolder):
                     result = hdmbench.solve(given, tissues, conditions=conditions, loads=loads, resect=resect, law=law)
                     in_ras = expected * np.float32([-1, -1, 1]) + np.float32(0)
                     self.same(np.ascontiguousarray(result.displacement), in_ras)
+        result = hdmbench.solve(labels, tissues, conditions=conditions, loads=loads, resect=7, spacing=1)
+        lengths = np.abs(result.displacement)
+        of_tissue = lengths[labels == 1].max() # what void does counts for nothing
+        self.assertLess(of_tissue, 0.95 * lengths.max())
+        self.assertIn(f"at most {of_tissue:.4g} mm", repr(result))
         for arguments, words in (({"loads": [{"gravity": [0, 9.81, 0]}], "resect": 7}, "no .* has before = true"),
                                  ({"resect": 3, "loads": loads}, "3 has no pixel"),
                                  ({"loads": [{"force": 1}]}, "force"),
