@@ -10,6 +10,7 @@
 #include "harness/scene/files.hpp"
 #include "harness/scene/given_scene.hpp"
 #include "harness/scene/images/npz.hpp"
+#include "harness/scene/images/pixels.hpp"
 #include "harness/scene/scene_content.hpp"
 #include "harness/solve/unloading.hpp"
 

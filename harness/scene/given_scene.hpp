@@ -1,12 +1,11 @@
 #pragma once
 
-#include "harness/scene/images/pixels.hpp"
 #include "harness/scene/scene.hpp"
+#include "harness/scene/scene_of_images.hpp"
 
 #include <toml++/toml.h>
 
 #include <filesystem>
-#include <map>
 #include <string>
 
 namespace hdmbench {
@@ -17,7 +16,7 @@ struct GivenScene {
   std::string file{"scene"};      ///< what messages call it
   std::filesystem::path folder{}; ///< of the files that `keys` name all the same
   toml::table keys{};             ///< of a scene file (harness/scene/scenes/README.md)
-  std::map<std::string, images::Pixels, std::less<>> images{}; ///< by their keys in [image]
+  ImagesByKey images{};
 };
 
 /// Returns what a file of TOML has. Throws InputError with file and line.

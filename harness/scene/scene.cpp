@@ -457,4 +457,10 @@ Scene make_scene(GivenScene given, const SceneOptions& options) {
   return build(root, {given.name, given.file, given.folder, {}, &given}, options);
 }
 
+Scene make_scene(const std::string& text, ImagesByKey images, const SceneOptions& options) {
+  GivenScene given{.name = "scene", .images = std::move(images)};
+  given.keys = with_line(given.file, [&] { return parse_toml(text, given.file); });
+  return make_scene(std::move(given), options);
+}
+
 } // namespace hdmbench

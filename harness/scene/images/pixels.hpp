@@ -1,7 +1,7 @@
 #pragma once
 
+#include "harness/scene/images/geometry.hpp"
 #include "harness/scene/images/images.hpp"
-#include "harness/scene/placement.hpp"
 #include "kernels/data/field.hpp"
 #include "kernels/data/input_error.hpp"
 
@@ -45,28 +45,6 @@ inline constexpr std::string_view remark_begin = "note: ";
 inline void remark(const std::filesystem::path& file, std::string_view how) {
   fmt::print(stderr, "{}{}: {}\n", remark_begin, file.string(), how);
 }
-
-/// Where the pixels of a file lie. Up to three axes; a missing one has one pixel, as deep as it is wide.
-struct Geometry {
-  std::array<int, 3> size{1, 1, 1};
-  std::array<double, 3> spacing{1.0, 1.0, 1.0}; ///< millimetres
-  Placement::Vector origin{};                   ///< of the first pixel's centre
-  std::array<Placement::Vector, 3>
-      axes{};                 ///< the directions that columns, rows and slices follow each other in
-  std::size_t components = 1; ///< values per pixel
-  Stated stated = Stated::place;
-
-  [[nodiscard]] std::size_t values() const {
-    return static_cast<std::size_t>(size[0]) * static_cast<std::size_t>(size[1]) *
-           static_cast<std::size_t>(size[2]) * components;
-  }
-};
-
-/// What any readable file becomes.
-struct Pixels {
-  Geometry geometry{};
-  std::vector<float> values{}; ///< the components of a pixel, then the next pixel of the row
-};
 
 /// The whole file, its values unchanged but for the rounding to float. Read in a process of its own after
 /// read_images_apart(), else in this one. Throws InputError and MissingFile.
