@@ -2,6 +2,8 @@
 // fields lie.
 
 #include "harness/scene/method.hpp"
+#include "harness/solve/request.hpp"
+#include "harness/solve/unloading.hpp"
 #include "test/files.hpp"
 #include "test/scenes.hpp"
 
@@ -12,6 +14,7 @@
 #include <itkMetaImageIO.h>
 #include <itkNiftiImageIO.h>
 #include <itkNrrdImageIO.h>
+#include <itkOutputWindow.h>
 
 namespace hdmbench {
 namespace {
@@ -212,6 +215,34 @@ TEST(ItkFilter, AModulusImageTakesThePlaceOfLabelsAndNothingThatOfObservations) 
   EXPECT_THAT(p.refusal(), HasSubstr("Neither is set"));
 }
 
+/// Tissue by a law, in a hole along which it slides, of which a part is taken out.
+constexpr const char* organ_text = R"(
+[[tissue]]
+label = 0
+modulus = 0.0
+[[tissue]]
+label = 1
+modulus = 0.003
+density = 1000.0
+law = "neo-hookean"
+fibre_modulus = 0.001
+[[tissue]]
+label = 2
+modulus = 0.01
+density = 1000.0
+[[condition]]
+where = "labels"
+labels = [0]
+slide = true
+[[load]]
+gravity = [9.81, 0.0, 0.0]
+before = true
+[[load]]
+gravity = [0.0, 9.81, 0.0]
+[[resect]]
+label = 2
+)";
+
 TEST(ItkFilterRefusals, HaveAReason) {
   constexpr float nan = std::numeric_limits<float>::quiet_NaN();
   const auto of_all_images = [](const std::function<void(itk::ImageBase<2>&)>& change) {
@@ -231,6 +262,15 @@ TEST(ItkFilterRefusals, HaveAReason) {
   const auto forget_one = [](Pipeline& p) {
     p.filter->ClearModuli();
     p.filter->SetModulus(0, 10.0);
+  };
+  constexpr const char* two_tissues_text =
+      "[[tissue]]\nlabel = 0\nmodulus = 10.0\n[[tissue]]\nlabel = 1\nmodulus = 30.0\n";
+  const auto of_scene = [](const std::string& text) {
+    return [=](Pipeline& p) {
+      p.filter->ClearModuli();
+      p.filter->SetNumberOfIterations(Filter::New()->GetNumberOfIterations());
+      p.filter->SetSceneText(text);
+    };
   };
   const std::pair<const char*, std::function<void(Pipeline&)>> cases[] = {
       {"there is no backend \"abacus\"; the backends are scalar",
@@ -258,6 +298,19 @@ TEST(ItkFilterRefusals, HaveAReason) {
       {"the pixels are [1, 1.1], they must be square", of_all_images([](auto& image) {
          image.SetSpacing(std::array{1.0, 1.1}.data());
        })},
+      {"Accuracy is -1", [](auto& p) { p.filter->SetAccuracy(-1.0); }},
+      {"which the elastic energy", [](auto& p) { p.filter->SetAccuracy(0.1); }},
+      {"have no effect beside SetSceneText()", [](auto& p) { p.filter->SetSceneText(organ_text); }},
+      {"scene:3: ", of_scene("[[tissue]]\nlabel = 0\nmodulus =\n")},
+      {"scene:", of_scene("[[tissue]]\nlabel = 0\nmodulus = 1.0\n")},
+      {"is resampled, 41 x 30 pixels to 41 x 60",
+       [=](Pipeline& p) {
+         of_scene(fmt::format("energy = \"hdm\"\n{}", two_tissues_text))(p);
+         for (auto* image : std::initializer_list<itk::ImageBase<2>*>{p.displacement, p.labels, p.observation,
+                                                                      p.confidence}) {
+           image->SetSpacing(std::array{1.0, 2.0}.data());
+         }
+       }},
       {"not orthonormal", of_all_images([=](auto& image) { image.SetDirection(sheared); })},
   };
   for (const auto& [says, change] : cases) {
@@ -265,6 +318,91 @@ TEST(ItkFilterRefusals, HaveAReason) {
     pipeline.filter->SetBackend("openmp");
     change(pipeline);
     EXPECT_THAT(pipeline.refusal(), HasSubstr(says));
+  }
+}
+
+/// Keeps what ITK warns of.
+class Warnings final : public itk::OutputWindow {
+public:
+  using Pointer = itk::SmartPointer<Warnings>;
+  void DisplayWarningText(const char* warning) override { text += warning; }
+  std::string text;
+};
+
+/// Returns what the filter warns of.
+std::string warnings_of(const Pipeline& pipeline) {
+  const Warnings::Pointer warnings(new Warnings);
+  warnings->UnRegister(); // the pointer holds it
+  const itk::OutputWindow::Pointer before = itk::OutputWindow::GetInstance();
+  itk::OutputWindow::SetInstance(warnings);
+  pipeline.filter->Update();
+  itk::OutputWindow::SetInstance(before);
+  return warnings->text;
+}
+
+template <typename Picture>
+void write_image(const std::filesystem::path& file, const Picture& image) {
+  const auto writer = itk::ImageFileWriter<Picture>::New();
+  writer->SetFileName(file);
+  writer->SetImageIO(itk::NrrdImageIO::New());
+  writer->SetInput(&image);
+  writer->Update();
+}
+
+/// Writes the images beside a scene file and returns what `run FILE --accuracy 0.02mm` finds there.
+template <typename LabelImage, typename FieldImage>
+Solution solved_by_files(const LabelImage& labels, const std::map<std::string, const FieldImage*>& fields,
+                         const std::string& text) {
+  const test::TemporaryFolder folder;
+  std::string scene_text = "energy = \"elastic\"\n[image]\nlabels = \"labels.nrrd\"\n";
+  write_image(folder.path() / "labels.nrrd", labels);
+  for (const auto& [key, field] : fields) {
+    write_image(folder.path() / (key + ".nrrd"), *field);
+    scene_text += fmt::format("{0} = \"{0}.nrrd\"\n", key);
+  }
+  Scene scene = load_scene(folder.write("organ.toml", scene_text + text).string());
+  Progress progress;
+  unload(scene, progress);
+  return solve_request(scene, parse_request("0.02mm", "", scene.spacing), test::find("openmp"), {}, progress)
+      .solution();
+}
+
+TEST(ItkFilter, TakesWhatASceneFileSays) {
+  constexpr Extent extent{41, 30};
+  for (const Geometry& geometry : {Geometry{.spacing = 2.0, .flipped = true},
+                                   Geometry{.spacing = 0.5, .angle = 0.6, .first_index = 5}}) {
+    Pipeline p(extent, geometry);
+    p.filter->ClearModuli();
+    p.filter->SetNumberOfIterations(Filter::New()->GetNumberOfIterations());
+    const auto force = geometry.allocate<Field>(extent);
+    const auto fibre = geometry.allocate<Field>(extent);
+    p.confidence->FillBuffer(itk::Vector<float, 2>(0.0F));
+    for_each_site(extent, [&](int x, int y) {
+      const std::size_t site = extent.index(x, y);
+      const double distance = std::hypot((x - 20.0) / 1.5, y - 15.0);
+      p.labels->GetBufferPointer()[site] = distance > 11.0 ? 0 : std::hypot(x - 24, y - 9) < 4.0 ? 2 : 1;
+      force->GetBufferPointer()[site][1] = distance < 8.0 ? 1e-6F * static_cast<float>(x) : 0.0F;
+      fibre->GetBufferPointer()[site][0] = 1.0F;
+      if (y == 15 && std::abs(x - 20) == 6) {
+        p.observation->GetBufferPointer()[site].Fill(x < 20 ? 0.5F : -0.25F);
+        p.confidence->GetBufferPointer()[site].Fill(1.0F);
+      }
+    });
+    p.filter->SetForceImage(force);
+    EXPECT_THAT(p.refusal(), HasSubstr("are for SetSceneText()"));
+    p.filter->SetSceneText(organ_text);
+    p.filter->SetFibreImage(fibre);
+    p.filter->SetAccuracy(0.02);
+    const VectorField found = p.result();
+    const Solution expected = solved_by_files<Labels, Field>(
+        *p.labels,
+        {{"target", p.observation}, {"confidence", p.confidence}, {"force", force}, {"fibre", fibre}},
+        std::string("target_unit = \"mm\"\n") + organ_text);
+    EXPECT_LE(compare(expected.displacement, found).largest, geometry.angle == 0.0 ? 0.0 : 1e-5);
+    EXPECT_GT(largest_magnitude(found), 0.2);
+    EXPECT_EQ(p.filter->GetEstimatedError(), *expected.estimated_error * geometry.spacing);
+    p.filter->SetForceImage(nullptr);
+    EXPECT_GT(compare(found, p.result()).largest, 1e-3);
   }
 }
 
@@ -317,6 +455,31 @@ TEST(ItkFilterGeometry, PhysicalUnitsAndAxesAreConverted) {
     const Pipeline pipeline(extent);
     EXPECT_SAME_BITS(test::solved(pipeline.scene).displacement, pipeline.result()) << extent.width;
   }
+}
+
+/// A stiff frame in tissue a thousand times as soft: two steps are not enough, and nobody but the filter can
+/// know.
+TEST(ItkFilter, SaysHowFarTheDisplacementIsFromTheAnswer) {
+  Pipeline p;
+  p.filter->SetEnergy("elastic");
+  p.filter->SetModulus(1, 10000.0);
+  p.filter->SetNumberOfIterations(2);
+  EXPECT_THAT(warnings_of(p), HasSubstr("give more iterations, or an Accuracy"));
+  const double far = p.filter->GetEstimatedError();
+  const VectorField rough = p.result();
+  p.filter->SetAccuracy(1e-3);
+  EXPECT_EQ(warnings_of(p), "");
+  EXPECT_LE(p.filter->GetEstimatedError(), 1e-3);
+  VectorField difference = p.result();
+  for (std::size_t axis = 0; axis < 2; ++axis) {
+    std::ranges::transform(difference[axis], rough[axis], difference[axis].begin(), std::minus{});
+  }
+  const double distance = root_mean_square(difference);
+  fmt::print("two steps: about {:.3g} px from finite elements by their own estimate, {:.3g} px in truth\n",
+             far, distance);
+  EXPECT_THAT(far / distance, AllOf(testing::Gt(0.5), testing::Lt(8.0)));
+  p.filter->SetAccuracy(1e-9);
+  EXPECT_THAT(warnings_of(p), HasSubstr("NOT met"));
 }
 
 /// Turned by quarters, which rounds nothing: columns of the volume lie along z, rows along x, slices along
@@ -392,6 +555,42 @@ struct Oblique {
     return volume;
   }
 };
+
+/// Boxes, not cubes, and the vectors lie along the axes of space.
+TEST(ItkFilterGeometry, AVolumeIsWhatItsFilesAre) {
+  using VolumeFilter = itk::HDMRegularizationFilter<itk::Image<itk::Vector<float, 3>, 3>>;
+  const auto labels = Oblique::allocate({16, 14, 6});
+  const auto field = VolumeFilter::DisplacementFieldType::New();
+  field->CopyInformation(labels);
+  field->SetRegions(labels->GetLargestPossibleRegion());
+  field->Allocate(true);
+  for_each_site({16, 14, 6}, [&](int x, int y, int z) {
+    labels->SetPixel({x, y, z}, std::hypot(x - 8, y - 7, 3 * (z - 3)) < 6.0 ? 1 : 0);
+  });
+  const std::string text = "[[tissue]]\nlabel = 0\nmodulus = 0.001\ndensity = 1000.0\n[[tissue]]\nlabel = 1\n"
+                           "modulus = 0.1\ndensity = 1500.0\n[[load]]\ngravity = [3.0, 9.0, -1.0]\n"
+                           "[[condition]]\nwhere = \"border\"\ndx = 0.0\ndy = 0.0\ndz = 0.0\n";
+  const auto filter = VolumeFilter::New();
+  filter->SetInput(field);
+  filter->SetLabels(labels);
+  filter->SetSceneText(text);
+  filter->SetAccuracy(0.02);
+  filter->Update();
+  const Solution expected =
+      solved_by_files<Oblique::Volume, VolumeFilter::DisplacementFieldType>(*labels, {}, text);
+  double farthest = 0.0;
+  for (std::size_t site = 0; site < expected.displacement.extent.sites(); ++site) {
+    for (unsigned axis = 0; axis < 3; ++axis) {
+      double along = 0.0;
+      for (unsigned i = 0; i < 3; ++i) {
+        along += 0.8 * labels->GetDirection()(axis, i) * expected.displacement[i][site];
+      }
+      farthest = std::max(farthest, std::abs(along - filter->GetOutput()->GetBufferPointer()[site][axis]));
+    }
+  }
+  EXPECT_LT(farthest, 1e-6);
+  EXPECT_GT(largest_magnitude(expected.displacement), 0.01);
+}
 
 /// As ITK warps: what a pixel's displacement does to its point in physical space.
 TEST(ItkGeometry, AFieldLiesAndPointsWhereItsImageDoes) {

@@ -3,8 +3,9 @@
 
 #include <backends/registry.hpp>
 #include <harness/scene/method.hpp>
-#include <harness/solve/methods/solver.hpp>
-#include <harness/solve/solve.hpp>
+#include <harness/scene/scene_of_images.hpp>
+#include <harness/solve/request.hpp>
+#include <harness/solve/unloading.hpp>
 #include <kernels/data/input_error.hpp>
 #include <kernels/data/level.hpp>
 
@@ -14,6 +15,7 @@
 #include <itkVector.h>
 
 #include <cmath>
+#include <limits>
 #include <map>
 #include <numeric>
 #include <stdexcept>
@@ -39,9 +41,16 @@ namespace itk {
  * displacement along the image's rows, one for that along its columns and, of a volume, one through its
  * slices, whatever the direction. All images have the same pixels.
  *
+ * Or SetSceneText() says what the tissue is made of, what holds it and what loads it, as a scene file does:
+ * laws of large strains, void, walls to slide along, gravity, resections. The output is then that of
+ * `hdmbench run` for the same images and the same text, to the bit, and the input says only where the pixels
+ * lie.
+ *
  * The whole image is computed at once. Every level of the pyramid ends with a ProgressEvent, after which
  * AbortGenerateData is honoured. Where the input, a parameter or the device is not fit for the computation,
- * an ExceptionObject says what was wrong, where, and what to do.
+ * an ExceptionObject says what was wrong, where, and what to do. So it does where there is no answer: where a
+ * law has none, or the field is one that no tissue has. Where the answer is not as accurate as asked for, or
+ * in doubt, there is a warning of ITK's.
  *
  * CPU backends use as many threads as the filter's MultiThreader may.
  */
@@ -72,6 +81,23 @@ public:
                 "the displacement field is a 2-D image of 2-vectors, or a 3-D image of 3-vectors");
   static_assert(TLabelImage::ImageDimension == Dimension && std::is_integral_v<LabelType>,
                 "the labels are an image of integers, of the same dimension");
+
+  /** TOML, as a scene file has it without its [image] (harness/scene/scenes/README.md): [[tissue]] with a
+   * law, [[condition]], [[load]], [[resect]]. Where nothing is said the energy is "elastic" and the border is
+   * held. Takes the place of SetModulus(), Energy, PoissonRatio, NumberOfIterations and Penalty. Default:
+   * none. */
+  itkSetStringMacro(SceneText);
+  itkGetStringMacro(SceneText);
+  /** \name Of such a scene: a force in N/mm^3, the directions of fibres, the normals of walls; 0
+   * where there are none. Along the axes of space. */
+  /** @{ */
+  itkSetInputMacro(ForceImage, DisplacementFieldType);
+  itkGetInputMacro(ForceImage, DisplacementFieldType);
+  itkSetInputMacro(FibreImage, DisplacementFieldType);
+  itkGetInputMacro(FibreImage, DisplacementFieldType);
+  itkSetInputMacro(NormalImage, DisplacementFieldType);
+  itkGetInputMacro(NormalImage, DisplacementFieldType);
+  /** @} */
 
   /** Which tissue. */
   itkSetInputMacro(Labels, LabelImageType);
@@ -111,6 +137,11 @@ public:
    * left. Default 50. */
   itkSetMacro(NumberOfIterations, int);
   itkGetConstMacro(NumberOfIterations, int);
+  /** How far from finite elements the displacement may be, root mean square, in the unit of the spacing; of
+   * the elastic energy. No more is done than that takes, whatever NumberOfIterations is. 0 (default): nothing
+   * is asked for. */
+  itkSetMacro(Accuracy, double);
+  itkGetConstMacro(Accuracy, double);
   /** K > 0, the weight of the observation. Default 1000. */
   itkSetMacro(Penalty, double);
   itkGetConstMacro(Penalty, double);
@@ -133,8 +164,11 @@ public:
     return std::accumulate(m_Levels.begin(), m_Levels.end(), 0,
                            [](int sum, const auto& level) { return sum + level.iterations; });
   }
-  /** U of (5.2) at full resolution, in pixels squared. */
+  /** U of (5.2) at full resolution, in pixels squared; not a number where another energy was minimised. */
   itkGetConstMacro(MeanEnergy, double);
+  /** How far from finite elements the displacement is, root mean square, in the unit of the spacing; negative
+   * where there is no estimate. */
+  itkGetConstMacro(EstimatedError, double);
   /** The name of the device that computed, as its driver calls it. */
   itkGetStringMacro(DeviceUsed);
   /** @} */
@@ -153,6 +187,21 @@ protected:
     }
     if ((this->GetObservationImage() != nullptr) != (this->GetConfidenceImage() != nullptr)) {
       itkExceptionMacro(<< "SetObservationImage() and SetConfidenceImage(): give both or none");
+    }
+    if (!(m_Accuracy >= 0.0)) {
+      itkExceptionMacro(<< "Accuracy is " << m_Accuracy << ", it may not be negative");
+    }
+    if (m_SceneText.empty()) {
+      if (this->GetForceImage() || this->GetFibreImage() || this->GetNormalImage()) {
+        itkExceptionMacro(<< "SetForceImage(), SetFibreImage() and SetNormalImage() are for SetSceneText()");
+      }
+    } else if (const auto defaults = Self::New(); !m_Moduli.empty() || m_Energy != defaults->m_Energy ||
+                                                  m_PoissonRatio != defaults->m_PoissonRatio ||
+                                                  m_Penalty != defaults->m_Penalty ||
+                                                  m_NumberOfIterations != defaults->m_NumberOfIterations) {
+      itkExceptionMacro(
+          << "SetModulus(), Energy, PoissonRatio, NumberOfIterations and Penalty have no effect "
+             "beside SetSceneText(): its [[tissue]] tables and keys say that");
     }
     if (m_NumberOfIterations < 0) {
       itkExceptionMacro(<< "NumberOfIterations is " << m_NumberOfIterations << ", it may not be negative");
@@ -186,7 +235,7 @@ protected:
     const auto spacing = field->GetSpacing();
     const auto& direction = field->GetDirection();
     auto rest = direction.GetVnlMatrix().transpose() * direction.GetVnlMatrix();
-    const bool takes_boxes = hdmbench::find_energy(m_Energy).takes_boxes;
+    const bool takes_boxes = !m_SceneText.empty() || hdmbench::find_energy(m_Energy).takes_boxes;
     for (unsigned axis = 0; axis < Dimension; ++axis) {
       if (!takes_boxes && !(std::abs(spacing[0] - spacing[axis]) <= SquareTolerance * spacing[0])) {
         itkExceptionMacro(<< "the pixels are " << spacing
@@ -220,12 +269,15 @@ protected:
 
   void GenerateData() override {
     try {
-      const hdmbench::Scene scene = this->MakeScene();
-      hdmbench::Solution solution = this->Solve(scene);
+      hdmbench::Scene scene = m_SceneText.empty() ? this->MakeScene() : this->SceneOfText();
+      const hdmbench::Answer answer = this->Solve(scene);
+      const hdmbench::Solution& solution = answer.solution();
+      this->Judge(scene, answer);
       this->AllocateOutputs();
       this->ToPhysical(solution.displacement, *this->GetOutput());
-      m_Levels = std::move(solution.levels);
-      m_MeanEnergy = hdmbench::mean_energy(scene.full, solution.displacement);
+      m_Levels = solution.levels;
+      m_MeanEnergy = scene.energy->is_of_cells() ? std::numeric_limits<double>::quiet_NaN()
+                                                 : hdmbench::mean_energy(scene.full, solution.displacement);
     } catch (const std::runtime_error& error) { // bad input, or the device
       itkExceptionMacro(<< error.what());
     }
@@ -243,12 +295,15 @@ protected:
     print("Energy", m_Energy);
     print("PoissonRatio", m_PoissonRatio);
     print("NumberOfIterations", m_NumberOfIterations);
+    print("Accuracy", m_Accuracy);
     print("Penalty", m_Penalty);
+    print("SceneText", m_SceneText);
     print("Backend", m_Backend);
     print("Device", m_Device);
     print("DeviceUsed", m_DeviceUsed);
     print("ElapsedIterations", this->GetElapsedIterations());
     print("MeanEnergy", m_MeanEnergy);
+    print("EstimatedError", m_EstimatedError);
     os << std::endl;
   }
 
@@ -256,6 +311,8 @@ private:
   /** Rounding in file headers, not another shape. */
   static constexpr double SquareTolerance = 0.01;        // of a pixel's side
   static constexpr double OrthogonalityTolerance = 1e-4; // of a unit vector
+  /** Less is not seen in a picture. */
+  static constexpr double VisibleError = 0.1; // pixels
 
   /** visit(site, value) for every pixel in raster order. */
   template <typename TImage, typename TVisit>
@@ -327,11 +384,73 @@ private:
     }
   }
 
+  template <typename TImage>
+  static hdmbench::images::Pixels ToMemory(const TImage& image) {
+    hdmbench::images::Pixels pixels;
+    auto& geometry = pixels.geometry;
+    geometry.axes = hdmbench::Placement{}.axes;
+    for (unsigned axis = 0; axis < Dimension; ++axis) {
+      geometry.size[axis] = static_cast<int>(image.GetLargestPossibleRegion().GetSize(axis));
+      geometry.spacing[axis] = image.GetSpacing()[axis];
+      for (unsigned i = 0; i < Dimension; ++i) {
+        geometry.axes[axis][i] = image.GetDirection()(i, axis);
+      }
+    }
+    geometry.spacing[2] = Dimension == 2 ? geometry.spacing[0] : geometry.spacing[2];
+    const auto origin = FirstPixel(image);
+    std::copy_n(origin.Begin(), Dimension, geometry.origin.begin());
+    constexpr bool is_scalar = std::is_arithmetic_v<typename TImage::PixelType>;
+    geometry.components = is_scalar ? 1 : Dimension;
+    pixels.values.reserve(geometry.values());
+    ForEachPixel(image, [&](std::size_t, const auto& value) {
+      if constexpr (is_scalar) {
+        pixels.values.push_back(static_cast<float>(value));
+      } else {
+        for (unsigned i = 0; i < Dimension; ++i) {
+          pixels.values.push_back(static_cast<float>(value[i]));
+        }
+      }
+    });
+    return pixels;
+  }
+
+  /** Where it lies; its index need not be 0. */
+  template <typename TImage>
+  static typename TImage::PointType FirstPixel(const TImage& image) {
+    typename TImage::PointType point;
+    image.TransformIndexToPhysicalPoint(image.GetLargestPossibleRegion().GetIndex(), point);
+    return point;
+  }
+
+  hdmbench::Scene SceneOfText() const {
+    hdmbench::ImagesByKey images;
+    const auto add = [&](const char* key, const auto* image) {
+      if (image != nullptr) {
+        images.emplace(key, ToMemory(*image));
+      }
+    };
+    add("labels", this->GetLabels());
+    add("modulus", this->GetModulusImage());
+    add("target", this->GetObservationImage());
+    add("confidence", this->GetConfidenceImage());
+    add("force", this->GetForceImage());
+    add("fibre", this->GetFibreImage());
+    add("normals", this->GetNormalImage());
+    hdmbench::Scene scene = hdmbench::make_scene(m_SceneText, std::move(images));
+    if (const auto extent = ExtentOf(*this->GetInput()); scene.extent() != extent) {
+      itkExceptionMacro(<< "the scene of SetSceneText() is resampled, " << extent.text() << " pixels to "
+                        << scene.extent().text()
+                        << ": resample the images, or let its energy be \"elastic\"");
+    }
+    return scene;
+  }
+
   hdmbench::Scene MakeScene() const {
     hdmbench::Scene scene;
     const hdmbench::VectorField& start = scene.start.emplace(this->ToPixels(*this->GetInput()));
     scene.schedule.iterations = m_NumberOfIterations;
     const hdmbench::Extent extent = start.extent;
+    scene.spacing = this->ShortestSide();
     hdmbench::Level& full = scene.full;
     full.extent = extent;
     full.sides = this->Sides();
@@ -372,12 +491,12 @@ private:
     return scene;
   }
 
-  hdmbench::Solution Solve(const hdmbench::Scene& scene) {
+  hdmbench::Answer Solve(hdmbench::Scene& scene) {
     const hdmbench::SessionOptions options{
         .device = m_Device,
         .threads = static_cast<int>(this->GetMultiThreader()->GetMaximumNumberOfThreads())};
     const auto backends = hdmbench::make_backends();
-    const auto& backend = hdmbench::find_backend(backends, m_Backend);
+    const auto& backend = hdmbench::choose_backend(backends, m_Backend, scene);
     m_DeviceUsed = backend.device(options).name;
     hdmbench::Progress progress([this](double done) {
       this->UpdateProgress(static_cast<float>(done));
@@ -385,8 +504,30 @@ private:
         throw ProcessAborted(__FILE__, __LINE__);
       }
     });
-    progress.set_total(hdmbench::site_updates(scene));
-    return hdmbench::Solver(backend, options).solve(scene, progress);
+    hdmbench::unload(scene, progress);
+    hdmbench::Request request;
+    if (m_Accuracy > 0.0) {
+      request.accuracy = m_Accuracy / scene.spacing;
+    }
+    return hdmbench::solve_request(scene, request, backend, options, progress);
+  }
+
+  /** Throws where the answer is none, and warns where it is in doubt. */
+  void Judge(const hdmbench::Scene& scene, const hdmbench::Answer& answer) {
+    const hdmbench::Solution& solution = answer.solution();
+    if (const std::string none = hdmbench::why_absurd(scene, solution); !none.empty()) {
+      itkExceptionMacro(<< "there is no displacement: " << none);
+    }
+    if (const std::string& doubt = hdmbench::doubt_about(solution); !doubt.empty()) {
+      itkWarningMacro(<< doubt);
+    }
+    m_EstimatedError = solution.estimated_error ? *solution.estimated_error * scene.spacing : -1.0;
+    if (answer.plan && !answer.plan->met) {
+      itkWarningMacro(<< answer.plan->outcome);
+    } else if (!answer.plan && m_EstimatedError > VisibleError * scene.spacing) {
+      itkWarningMacro(<< "the displacement is about " << m_EstimatedError
+                      << " from finite elements: give more iterations, or an Accuracy");
+    }
   }
 
   std::map<LabelType, double> m_Moduli;
@@ -394,10 +535,13 @@ private:
   double m_Penalty = 1000.0;
   std::string m_Energy = "hdm";
   double m_PoissonRatio = 0.3;
+  double m_Accuracy = 0.0;
+  std::string m_SceneText;
   std::string m_Backend = "openmp";
   std::string m_Device;
 
   std::vector<hdmbench::LevelResult> m_Levels;
+  double m_EstimatedError = -1.0;
   double m_MeanEnergy = 0.0;
   std::string m_DeviceUsed;
 };
