@@ -2,15 +2,16 @@
 #include "harness/scene/images/npz.hpp"
 #include "harness/scene/images/pixels.hpp"
 
-// The image files of a build without ITK (-DHDMBENCH_IMAGES=OFF).
+// The image files of what has no ITK: a build with -DHDMBENCH_IMAGES=OFF, and the installed library.
 
 namespace hdmbench {
 
 namespace {
 
 [[noreturn]] void refuse(const std::filesystem::path& file) {
-  throw MissingFile(file.string() + ": this hdmbench was built without image support; install "
-                                    "libinsighttoolkit5-dev and configure with -DHDMBENCH_IMAGES=ON");
+  throw MissingFile(file.string() + ": no image files are read here; a program reads them that was configured "
+                                    "with -DHDMBENCH_IMAGES=ON (libinsighttoolkit5-dev), and the installed "
+                                    "library takes pixels in memory, make_scene()");
 }
 
 } // namespace
