@@ -282,8 +282,8 @@ void check_poisson_ratio(const Scene& scene, Warnings& warnings) {
 }
 
 void check_walls(const Scene& scene, Warnings& warnings) {
-  constexpr double least = 8.0; // degrees: a quarter of the way
-  if (const double angle = least_angle_to_walls(scene.full); angle < least && !scene.has_own_normals) {
+  if (const double angle = least_angle_to_walls(scene.full);
+      angle < least_firm_angle && !scene.has_own_normals) {
     warn(warnings, "walls-hold-little", std::nullopt, "angle"_a = angle, "error"_a = error_of_normals,
          "percent"_a = 100.0 * largest_share_of_normals(angle));
   }

@@ -63,14 +63,14 @@ RemainingError::RemainingError(const Level& level)
     : contrast_(contrast_of_steps(level)), oblong_(oblong_below(std::ranges::max(level.sides))),
       mistrust_(floating_part(level)), is_cut_(is_cut_by_void(level)),
       is_slender_(slenderness(level) > most_compact),
-      is_free_(has_springs(level) && !free_motions(level).empty()) {
+      is_free_(has_springs(level) && !free_motions(level).empty()), is_loose_(is_loose_in_walls(level)) {
   if (!mistrust_.empty()) {
     mistrust_ = "float32 cannot tell how a part of the tissue moves, " + mistrust_;
   }
 }
 
 LeftByCycles::LeftByCycles(const Level& level, double slowest)
-    : slides_(level.has_walls), is_cut_(is_cut_by_void(level)),
+    : slides_(level.has_walls), is_loose_(is_loose_in_walls(level)), is_cut_(is_cut_by_void(level)),
       is_slender_(slenderness(level) > most_compact_by_laws),
       contrast_(std::max(contrast_of_tissue(level), is_cut_ ? 1e4 : 1.0)),
       slowest_before_(contrast_ > 10.0 ? slowest : 1.0) {}

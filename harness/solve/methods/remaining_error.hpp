@@ -86,6 +86,9 @@ public:
     const double margin = moved_.size() == 1 ? 6.0 : 4.0;
     const bool may_be_late = is_cut_ && (moved_.size() <= 8 || smallest_.falls());
     const double of_parts = may_be_late ? 4.0 : 1.0; // LawPromise.IsKeptByTheLinearLawBesideVoid
+    if (is_loose_ && (moved_.size() < least_loose_steps || smallest_.falls())) {
+      return false;
+    }
     const bool of_steps =
         of_parts * pauses * std::max(3.0 * cautious_estimate(), margin * moved_.back()) <= accuracy;
     if (!is_slender_) {
@@ -134,12 +137,14 @@ private:
 
   static constexpr std::size_t most_ratios = 5;
   static constexpr std::ptrdiff_t least_bending_steps = 3;
+  static constexpr std::size_t least_loose_steps = 6;
   double contrast_;
   double oblong_;
   std::string mistrust_;
   bool is_cut_; ///< is_cut_by_void()
   bool is_slender_;
   bool is_free_;
+  bool is_loose_; ///< is_loose_in_walls()
   SmallestEigenvalue smallest_;
   std::vector<double> moved_;
 };
@@ -219,7 +224,7 @@ public:
     if (slides_) {
       constexpr std::size_t few = 8; // steps: they may not have met it
       const double least = moved_.size() <= few ? 5.0 : 2.0;
-      return std::clamp(of_slowest, least * series, 10.0 * series);
+      return std::clamp(of_slowest, least * series, (is_loose_ ? 100.0 : 10.0) * series);
     }
     return std::max(series, 0.8 * of_slowest);
   }
@@ -228,7 +233,10 @@ public:
   /// do not know yet what moves last. Of the 120 requests of test/law_promise_test, whose seeds are others
   /// than those that this fits, 1 is not kept; by the series alone 33 were not, at worst by 60 times.
   [[nodiscard]] bool is_within(double accuracy) const {
-    const double least = contrast_ > 10.0 ? 1.5 : 1.0;
+    if (is_loose_ && !knows_slowest()) {
+      return false;
+    }
+    const double least = is_loose_ ? 2.0 : contrast_ > 10.0 ? 1.5 : 1.0;
     const double at_first = is_slender_ ? 2.5 : least; // how it bends is what moves last
     const double margin =
         knows_slowest() ? least : std::clamp(std::pow(contrast_ / 10.0, 0.4), at_first, 15.0);
@@ -243,7 +251,7 @@ public:
 
 private:
   [[nodiscard]] bool knows_slowest() const {
-    return moved_.size() > std::size_t{is_cut_ ? 12U : 6U} && !steps_.falls();
+    return moved_.size() > std::size_t{is_cut_ || is_loose_ ? 12U : 6U} && !steps_.falls();
   }
   /// A single cycle says nothing of the next: it is taken for one of those that leave most.
   [[nodiscard]] double ratio() const {
@@ -257,7 +265,8 @@ private:
   }
 
   bool slides_;
-  bool is_cut_; ///< is_cut_by_void()
+  bool is_loose_; ///< is_loose_in_walls()
+  bool is_cut_;   ///< is_cut_by_void()
   bool is_slender_;
   double contrast_; ///< void counts as much softer
   double slowest_before_;

@@ -88,6 +88,14 @@ struct Specks {
 /// walls 90.
 [[nodiscard]] double least_angle_to_walls(const Level& level);
 
+/// Below so many degrees walls that hold tissue alone hold it little: a quarter of its way is that of the
+/// errors of normals from pixels, and solutions move it last.
+inline constexpr double least_firm_angle = 8.0;
+/// Returns whether walls hold a part of the tissue at less than that.
+[[nodiscard]] inline bool is_loose_in_walls(const Level& level) {
+  return level.has_walls && least_angle_to_walls(level) < least_firm_angle;
+}
+
 /// A displacement to begin with (pixels): the targets where a component is observed, means of them
 /// elsewhere, of the nearer ones where there are any. The same bits whatever the number of threads. The level
 /// is held.
