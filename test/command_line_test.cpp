@@ -202,6 +202,42 @@ dy = 10.0
   EXPECT_FALSE(std::filesystem::exists(output / "wild.nrrd"));
 }
 
+/// Pixels that are no squares, of tissue that slides: no other size would do, and lines that repeat state
+/// none.
+TEST(CommandLine, OblongPixelsOfAFileStayAsTheyAreInEveryCommand) {
+  const test::TemporaryFolder folder;
+  std::string pixels;
+  for_each_site({20, 12}, [&](int x, int y) {
+    pixels += std::hypot((x - 9.5) / 8.0, (y - 5.5) / 4.5) < 1.0 ? "1 " : "0 ";
+  });
+  (void)folder.write("labels.nrrd", "NRRD0004\ntype: uchar\ndimension: 2\nsizes: 20 12\nspacings: 1 2.5\n"
+                                    "encoding: ascii\n\n" +
+                                        pixels);
+  (void)folder.write("o.toml",
+                     "energy = \"elastic\"\n[image]\nlabels = \"labels.nrrd\"\n"
+                     "[[tissue]]\nlabel = 0\nmodulus = 0.0\n[[tissue]]\nlabel = 1\nmodulus = 0.003\n"
+                     "density = 1000.0\n[[condition]]\nwhere = \"labels\"\nlabels = [0]\nslide = true\n"
+                     "[[load]]\ngravity = [1.0, 2.0]\n");
+  const std::string there = "cd " + folder.path().string() + ";";
+  for (const std::string command :
+       {"verify o.toml --backends openmp", "bench o.toml --backends openmp --repeat 1 --no-ceilings",
+        "tradeoff o.toml --backends openmp --repeat 1 --methods as-needed-elastic --quick"}) {
+    test::expect_run(0, command + " --json a.json", testing::_, there);
+    const nlohmann::json rows = read_json(folder.path() / "a.json")["results"];
+    EXPECT_FALSE(rows.empty());
+    for (const nlohmann::json& row : rows) {
+      EXPECT_EQ(row["width"], 20) << command;
+      EXPECT_EQ(row["height"], 12) << command;
+      EXPECT_LT(row.value("rmsd_to_fem", 0.0), 0.1);
+      const std::string line = row.value("repeat", row.value("command", ""));
+      if (!line.empty()) {
+        EXPECT_THAT(line, testing::Not(HasSubstr("--size")));
+        test::expect_run(0, line.substr(line.find(' ')), testing::_, there);
+      }
+    }
+  }
+}
+
 TEST(CommandLine, OutputThatIsLostIsReported) {
   for (const char* arguments : {"--help", "--version", "", "methods", "devices", "faults --list",
                                 "run --help", "verify square --size 9 --backends openmp",

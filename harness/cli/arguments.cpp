@@ -1,5 +1,6 @@
 #include "harness/cli/arguments.hpp"
 
+#include "harness/judge/truths.hpp"
 #include "harness/ranks/message_passing.hpp"
 #include "harness/scene/images/images.hpp"
 #include "harness/scene/schedule_keys.hpp"
@@ -162,6 +163,11 @@ std::string session_words(const SessionOptions& session) {
          (session.threads == 0 ? "" : fmt::format(" --threads {}", session.threads));
 }
 
+std::string size_words(const Scene& scene) {
+  const bool are_boxes_of_file = scene.full.sides != Level{}.sides && has_pixels_of_files(scene.source);
+  return are_boxes_of_file ? "" : fmt::format(" --size {}", scene.extent().text("x"));
+}
+
 std::string repeat_line(const Call& call, const Scene& scene, std::string_view backend, int threads) {
   std::string line = fmt::format("hdmbench {}", call.command->get_name());
   SessionOptions session = call.session();
@@ -172,7 +178,7 @@ std::string repeat_line(const Call& call, const Scene& scene, std::string_view b
     backend = backend.substr(0, on);
   }
   if (!scene.source.empty()) {
-    line += fmt::format(" {} --size {}", shell_word(scene.source), scene.extent().text("x"));
+    line += fmt::format(" {}{}", shell_word(scene.source), size_words(scene));
   }
   // It chooses sizes only for bench, and one is given.
   const char* const quick = call[option::quick] && call.command->get_name() != "bench" ? " --quick" : "";
@@ -197,6 +203,19 @@ std::optional<Scene> load_unless_missing(std::string_view name, bool is_needed,
   }
 }
 
+/// Returns the scene, whose pixels are boxes where the command knows these: one that compares with the
+/// thesis's energy does, where the elastic energy alone knows the scene.
+static Scene load_with_boxes(const ScheduleOverrides& schedule, const std::string& name,
+                             SceneOptions options) {
+  Scene scene = load_scene(name, options);
+  if (schedule.takes_boxes || scene.full.sides == Level{}.sides ||
+      (schedule.meets_truths && is_of_tissue(scene))) {
+    return scene;
+  }
+  options.as_cubes = true;
+  return load_scene(name, options);
+}
+
 std::vector<SceneLoader> scene_loaders(const Call& call, const std::vector<std::string>& by_default) {
   const std::vector<std::string>& scenes = call[option::scenes];
   const std::vector<std::string>& sizes = call[option::sizes];
@@ -216,10 +235,9 @@ std::vector<SceneLoader> scene_loaders(const Call& call, const std::vector<std::
       for (const std::optional<std::string>& method : chosen) {
         loaders.push_back([&call, name, extent, method] {
           return load_unless_missing(name, !call[option::scenes].empty(), [&] {
-            Scene scene = load_scene(name, {.size = extent,
-                                            .law = call[option::law],
-                                            .energy = call.schedule.energy_to_be(method),
-                                            .as_cubes = !call.schedule.takes_boxes});
+            Scene scene = load_with_boxes(
+                call.schedule, name,
+                {.size = extent, .law = call[option::law], .energy = call.schedule.energy_to_be(method)});
             call.schedule.apply(scene, method);
             Progress progress(call.speaks());
             unload(scene, progress);

@@ -141,6 +141,9 @@ choose_backends(const Call& call, const std::vector<std::unique_ptr<Backend>>& r
 /// `other_method` in place of the one given, where there is one.
 [[nodiscard]] std::string schedule_words(const ScheduleOverrides& schedule,
                                          const std::optional<std::string>& other_method = std::nullopt);
+/// " --size 300x300", by which a command takes the scene as it is; empty where its pixels are those of a
+/// file that are no squares: a size would make squares of them.
+[[nodiscard]] std::string size_words(const Scene& scene);
 /// The command line that repeats what one backend did, with so many threads where that is above 0; where the
 /// scene has no source, with all others.
 [[nodiscard]] std::string repeat_line(const Call& call, const Scene& scene, std::string_view backend,

@@ -5,6 +5,7 @@
 #include "harness/measure/median.hpp"
 #include "harness/ranks/rank_backend.hpp"
 #include "harness/solve/methods/solver.hpp"
+#include "harness/solve/unloading.hpp"
 
 #include <array>
 #include <cmath>
@@ -212,30 +213,19 @@ std::vector<std::string> words_for_library(const Call& call) {
   return words;
 }
 
-/// The size of a volume that a scene has from files, which has no other; empty where it has none.
-std::string size_of_files(const std::string& scene) {
-  if (states_volume(scene) || files_of_scene(scene).size() < 2) { // the scene's own is one
-    return "";
-  }
-  try {
-    const Extent extent = load_scene(scene).extent();
-    return extent.axes() == 3 ? extent.text("x") : "";
-  } catch (const MissingFile&) { // such a scene is left out, which is said where it is loaded
-    return "";
-  }
-}
-
-/// Sizes where the command line names none.
+/// Sizes where the command line names none; none of scenes that have the pixels of their files, which are
+/// measured as they are.
 std::vector<std::string> usual_sizes(const Call& call) {
   const std::vector<std::string>& scenes = call[option::scenes];
-  std::vector<std::string> of_files;
-  std::ranges::transform(scenes, std::back_inserter(of_files), size_of_files);
-  const bool differ = std::ranges::adjacent_find(of_files, std::not_equal_to<>()) != of_files.end();
-  if (!differ && !of_files.empty() && !of_files.front().empty()) {
-    return {of_files.front()};
+  const auto count = [&](bool (*is_meant)(const std::string&)) {
+    return static_cast<std::size_t>(std::ranges::count_if(scenes, is_meant));
+  };
+  const std::size_t of_files = count(has_pixels_of_files);
+  const std::size_t volumes = count(states_volume);
+  if (of_files > 0 && of_files == scenes.size()) {
+    return {};
   }
-  const auto volumes = static_cast<std::size_t>(std::ranges::count_if(scenes, states_volume));
-  if (volumes == 0 && !differ) {
+  if (volumes == 0 && of_files == 0) {
     return call[option::quick] ? std::vector<std::string>{"300", "600"}
                                : std::vector<std::string>{"300", "600", "1200"};
   }
@@ -356,18 +346,26 @@ int bench_on_ranks(const Call& call, Ranks& ranks) {
     throw InputError("bench --scaling on ranks takes one scene, one size and one backend");
   }
   const std::string name = call[option::scenes].size() > 1 ? call[option::scenes][1] : "square";
-  const std::string own = size_of_files(name);
-  const Extent size = !call[option::sizes].empty() ? parse_size(call[option::sizes].front())
-                      : !own.empty()               ? parse_size(own)
-                                                   : Extent{1024, 1024};
+  const Extent size =
+      call[option::sizes].empty() ? Extent{1024, 1024} : parse_size(call[option::sizes].front());
+  const bool is_of_files = call[option::sizes].empty() && has_pixels_of_files(name);
+  if (is_of_files && kind == "weak") {
+    throw InputError(
+        fmt::format("{} has the size of its files, and weak scaling other ones: give --size", name));
+  }
   const std::string backends = call[option::backends].empty() ? "openmp" : call[option::backends].front();
   const auto registry = make_backends();
   Progress progress(ranks.is_first());
   json rows = json::array();
   for (int count = 1; count <= ranks.size();) { // 1, 2, 4 ... and all
     progress.describe(fmt::format("{} ranks", count));
-    Scene scene = load_scene(name, {.size = kind == "weak" ? scaled(size, std::sqrt(count)) : size});
+    SceneOptions options{.energy = call.schedule.energy_to_be()};
+    if (!is_of_files) {
+      options.size = kind == "weak" ? scaled(size, std::sqrt(count)) : size;
+    }
+    Scene scene = load_scene(name, options);
     call.schedule.apply(scene);
+    unload(scene, progress);
     const RankBackend backend(ranks, registry, backends, call.session(), {.pieces = count});
     rows.push_back(measure_on_ranks(scene, kind, backend, call[option::repeat], ranks));
     call.keep(rows, "scaling");
@@ -404,10 +402,10 @@ void add_bench(CLI::App& program, Call& call) {
       program, call, "bench", run_bench,
       "Time solutions and steps on every backend.\n"
       "Time every backend on whole solutions and compare with the thesis: Tables 5.2, 5.4, 5.6 and 5.8 at\n"
-      "300, 600 and 1200 by default; volumes at 64x64x64 and 128x128x128. Speed-ups are over scalar, one\n"
-      "thread at -O2, in the same run; a backend whose field is not scalar's to the bit gets no speed-up\n"
-      "and exit status 1. What the devices can do at most, in copying memory and in arithmetic, is\n"
-      "measured in the same run.",
+      "300, 600 and 1200 by default; volumes at 64x64x64 and 128x128x128, and scenes of image files as\n"
+      "these are. Speed-ups are over scalar, one thread at -O2, in the same run; a backend whose field is\n"
+      "not scalar's to the bit gets no speed-up and exit status 1. What the devices can do at most, in\n"
+      "copying memory and in arithmetic, is measured in the same run.",
       {comparison_options(), option::law, Options(option::repeat, "Samples per case", 5), work, scaling,
        kernels, no_ceilings, reference_name, benchmark_json, library_options(), comparison_of_programs(),
        gate_options()},

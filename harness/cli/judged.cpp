@@ -166,8 +166,8 @@ void print_equal_accuracy(const json& equal) {
 /// The line that repeats a point: `run` solves by methods, this command by rivals.
 std::string repeat(const Call& call, const Scene& scene, const Judged& row) {
   const std::string law = row.variant == linear_law ? std::string(law_names().front()) : call[option::law];
-  const std::string where = fmt::format("{} --size {}{}", shell_word(scene.source), scene.extent().text("x"),
-                                        law.empty() ? "" : " --law " + law);
+  const std::string where =
+      fmt::format("{}{}{}", shell_word(scene.source), size_words(scene), law.empty() ? "" : " --law " + law);
   if (row.is_rival) {
     return fmt::format("hdmbench tradeoff {} --methods {}{}", where, row.method,
                        schedule_words(call.schedule));

@@ -401,15 +401,30 @@ std::vector<SceneSummary> scene_summaries() {
   return summaries;
 }
 
-bool states_volume(const std::string& scene) {
+namespace {
+
+/// Returns whether the scene's file has what is asked for; false where it cannot be read.
+bool says(const std::string& scene, bool (*is_there)(const toml::table&)) {
   try {
     const SceneText file = text_of(scene);
-    const toml::table root = parse_toml(file.text, file.file_name);
-    const toml::array* const sides = root["size"].as_array();
-    return sides != nullptr && sides->size() == 3;
+    return is_there(with_line(file.file_name, [&] { return parse_toml(file.text, file.file_name); }));
   } catch (const InputError&) {
     return false; // load_scene() says why
   }
+}
+
+} // namespace
+
+bool states_volume(const std::string& scene) {
+  return says(scene, [](const toml::table& root) {
+    const toml::array* const sides = root["size"].as_array();
+    return sides != nullptr && sides->size() == 3;
+  });
+}
+
+bool has_pixels_of_files(const std::string& scene) {
+  return says(scene,
+              [](const toml::table& root) { return root["image"].is_table() || root["brain"]["head"]; });
 }
 
 Scene load_scene(const std::string& scene, const SceneOptions& options) {

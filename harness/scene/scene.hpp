@@ -192,6 +192,9 @@ struct SceneSummary {
 /// Returns whether the scene's file states a size of three sides; false where it states none, or cannot be
 /// read.
 [[nodiscard]] bool states_volume(const std::string& scene);
+/// Returns whether a scene's own size is that of its files: of an [image], or a whole head; false where it
+/// cannot be read.
+[[nodiscard]] bool has_pixels_of_files(const std::string& scene);
 
 /// The files that a scene is made of: the TOML file and what it names, where it is there. Nothing where it is
 /// no scene.
