@@ -9,9 +9,10 @@ namespace hdmbench {
 namespace {
 
 [[noreturn]] void refuse(const std::filesystem::path& file) {
-  throw MissingFile(file.string() + ": no image files are read here; a program reads them that was configured "
-                                    "with -DHDMBENCH_IMAGES=ON (libinsighttoolkit5-dev), and the installed "
-                                    "library takes pixels in memory, make_scene()");
+  throw MissingFile(file.string() +
+                    ": no image files are read here; a program reads them that was configured "
+                    "with -DHDMBENCH_IMAGES=ON (libinsighttoolkit5-dev), and the installed "
+                    "library takes pixels in memory, make_scene()");
 }
 
 } // namespace
