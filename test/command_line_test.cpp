@@ -219,6 +219,8 @@ TEST(CommandLine, OblongPixelsOfAFileStayAsTheyAreInEveryCommand) {
                      "density = 1000.0\n[[condition]]\nwhere = \"labels\"\nlabels = [0]\nslide = true\n"
                      "[[load]]\ngravity = [1.0, 2.0]\n");
   const std::string there = "cd " + folder.path().string() + ";";
+  test::expect_run(2, "accuracy o.toml --backends openmp", HasSubstr("o has loads, which the hdm energy"),
+                   there);
   for (const std::string command :
        {"verify o.toml --backends openmp", "bench o.toml --backends openmp --repeat 1 --no-ceilings",
         "tradeoff o.toml --backends openmp --repeat 1 --methods as-needed-elastic --quick"}) {

@@ -376,6 +376,7 @@ TEST(ItkFilter, TakesWhatASceneFileSays) {
     p.filter->SetNumberOfIterations(Filter::New()->GetNumberOfIterations());
     const auto force = geometry.allocate<Field>(extent);
     const auto fibre = geometry.allocate<Field>(extent);
+    VectorField outward(extent); // across the wall
     p.confidence->FillBuffer(itk::Vector<float, 2>(0.0F));
     for_each_site(extent, [&](int x, int y) {
       const std::size_t site = extent.index(x, y);
@@ -383,6 +384,8 @@ TEST(ItkFilter, TakesWhatASceneFileSays) {
       p.labels->GetBufferPointer()[site] = distance > 11.0 ? 0 : std::hypot(x - 24, y - 9) < 4.0 ? 2 : 1;
       force->GetBufferPointer()[site][1] = distance < 8.0 ? 1e-6F * static_cast<float>(x) : 0.0F;
       fibre->GetBufferPointer()[site][0] = 1.0F;
+      outward[0][site] = static_cast<float>((x - 20) / 2.25);
+      outward[1][site] = static_cast<float>(y - 15);
       if (y == 15 && std::abs(x - 20) == 6) {
         p.observation->GetBufferPointer()[site].Fill(x < 20 ? 0.5F : -0.25F);
         p.confidence->GetBufferPointer()[site].Fill(1.0F);
@@ -392,17 +395,26 @@ TEST(ItkFilter, TakesWhatASceneFileSays) {
     EXPECT_THAT(p.refusal(), HasSubstr("are for SetSceneText()"));
     p.filter->SetSceneText(organ_text);
     p.filter->SetFibreImage(fibre);
+    const Field::Pointer normals = to_itk(outward, geometry);
+    p.filter->SetNormalImage(normals);
     p.filter->SetAccuracy(0.02);
     const VectorField found = p.result();
-    const Solution expected = solved_by_files<Labels, Field>(
-        *p.labels,
-        {{"target", p.observation}, {"confidence", p.confidence}, {"force", force}, {"fibre", fibre}},
-        std::string("target_unit = \"mm\"\n") + organ_text);
+    const Solution expected =
+        solved_by_files<Labels, Field>(*p.labels,
+                                       {{"target", p.observation},
+                                        {"confidence", p.confidence},
+                                        {"force", force},
+                                        {"fibre", fibre},
+                                        {"normals", normals}},
+                                       std::string("target_unit = \"mm\"\n") + organ_text);
     EXPECT_LE(compare(expected.displacement, found).largest, geometry.angle == 0.0 ? 0.0 : 1e-5);
     EXPECT_GT(largest_magnitude(found), 0.2);
     EXPECT_EQ(p.filter->GetEstimatedError(), *expected.estimated_error * geometry.spacing);
+    p.filter->SetNormalImage(nullptr);
+    const VectorField by_labels = p.result();
+    EXPECT_GT(compare(found, by_labels).largest, 1e-5);
     p.filter->SetForceImage(nullptr);
-    EXPECT_GT(compare(found, p.result()).largest, 1e-3);
+    EXPECT_GT(compare(by_labels, p.result()).largest, 1e-3);
   }
 }
 

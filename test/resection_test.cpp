@@ -204,8 +204,8 @@ TEST_F(Resection, LeavesNoWeightOnBumps) {
   EXPECT_GT(bumps, 0);
 }
 
-/// Walls at a few degrees hardly hold a body: what turns it in them is the last that steps bring, so that the
-/// first ones are small. An accuracy was taken for met at a twelfth of the way.
+/// Walls at a few degrees hardly hold a body: what turns it in them is the last that steps bring, and the
+/// first ones, which are small, are no sign of an end.
 TEST_F(Resection, AnAccuracyIsKeptInWallsThatHoldLittle) {
   int loose = 0;
   for (const auto* const law : {"linear", "neo-hookean"}) {

@@ -204,12 +204,6 @@ void set_energy_of_sites(Scene& scene) {
 }
 
 void require_known_pixels(const Scene& scene, const RegisteredEnergy& energy) {
-  if (!energy.takes_boxes && scene.full.sides != Level{}.sides) {
-    throw InputError(
-        fmt::format("the pixels of {} have sides of {:.4g} to each other, and the {} energy knows "
-                    "squares and cubes only; load the scene with it, or resample its files",
-                    scene.name, fmt::join(scene.full.sides, " : "), energy.name));
-  }
   if (!energy.takes_forces && (has_forces(scene.full) || has_springs_by_direction(scene.full))) {
     throw InputError(fmt::format("{} has {}, which the {} energy does not know: what solves it by the "
                                  "elastic energy alone takes it",
@@ -223,6 +217,12 @@ void require_known_pixels(const Scene& scene, const RegisteredEnergy& energy) {
     throw InputError(fmt::format("{} has tissues with a law of large strains, which the {} energy does not "
                                  "know: `run` solves it by the elastic energy",
                                  scene.name, energy.name));
+  }
+  if (!energy.takes_boxes && scene.full.sides != Level{}.sides) {
+    throw InputError(
+        fmt::format("the pixels of {} have sides of {:.4g} to each other, and the {} energy knows "
+                    "squares and cubes only; load the scene with it, or resample its files",
+                    scene.name, fmt::join(scene.full.sides, " : "), energy.name));
   }
 }
 

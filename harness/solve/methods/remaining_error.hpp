@@ -86,6 +86,7 @@ public:
     const double margin = moved_.size() == 1 ? 6.0 : 4.0;
     const bool may_be_late = is_cut_ && (moved_.size() <= 8 || smallest_.falls());
     const double of_parts = may_be_late ? 4.0 : 1.0; // LawPromise.IsKeptByTheLinearLawBesideVoid
+    // Resection.AnAccuracyIsKeptInWallsThatHoldLittle prints how far such bodies are from what is asked for.
     if (is_loose_ && (moved_.size() < least_loose_steps || smallest_.falls())) {
       return false;
     }
@@ -233,7 +234,7 @@ public:
   /// do not know yet what moves last. Of the 120 requests of test/law_promise_test, whose seeds are others
   /// than those that this fits, 1 is not kept; by the series alone 33 were not, at worst by 60 times.
   [[nodiscard]] bool is_within(double accuracy) const {
-    if (is_loose_ && !knows_slowest()) {
+    if (is_loose_ && !knows_slowest()) { // by the rule of RemainingError
       return false;
     }
     const double least = is_loose_ ? 2.0 : contrast_ > 10.0 ? 1.5 : 1.0;
