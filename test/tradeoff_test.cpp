@@ -162,6 +162,31 @@ TEST_F(Tradeoff, ChartsLawsAndLoadsAgainstTheirOwnTruth) {
   EXPECT_LT(std::ranges::min(steps, {}, error_to_chart).deviations.to_fem, 1e-3);
 }
 
+/// Void goes on as what is in it turns, and so moves farther than any tissue.
+TEST_F(Tradeoff, HowFarVoidMovesIsNoSignOfDivergence) {
+  scene_ = load_scene("circular", {.size = Extent{32, 32}});
+  use_energy(scene_, energy_near(ReferenceSolution::finite_elements));
+  Level& full = scene_.full;
+  full.target = VectorField(full.extent);
+  full.confidence = VectorField(full.extent);
+  std::ranges::fill(full.modulus.values, std::ldexp(1.0F, -25));
+  for (int y = 13; y < 20; ++y) {
+    for (int x = 13; x < 20; ++x) {
+      full.modulus.values[full.extent.index(x, y)] = 1.0F;
+    }
+  }
+  for (const int x : {13, 19}) {
+    const std::size_t site = full.extent.index(x, 16);
+    full.target[1][site] = x == 13 ? -1.0F : 1.0F;
+    full.confidence[0][site] = full.confidence[1][site] = 1.0F;
+  }
+  const std::vector<Judged> rows = measured({&scalar_, &openmp_}, {std::string(requested_name)});
+  EXPECT_FALSE(rows.empty());
+  for (const Judged& row : rows) {
+    EXPECT_EQ(row.status, JudgedStatus::ok) << row.reason;
+  }
+}
+
 TEST_F(Tradeoff, PlantedFaultsAreKeptWithTheirReason) {
   const auto spoil = [](float value) {
     return [value](VectorField& field) { field[0][field[0].size() / 2] += value; };

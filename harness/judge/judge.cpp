@@ -182,7 +182,8 @@ Judge::Judge(const Scene& scene, std::span<const Backend* const> backends, const
   largest_ =
       std::max(largest_component(scene.full.target), scene.start ? largest_component(*scene.start) : 0.0);
   if (is_of_tissue(scene)) { // loads move it farther than any condition
-    largest_ = std::max(largest_, largest_component(truths_.elastic.displacement.to_float()));
+    largest_ =
+        std::max(largest_, largest_component(truths_.elastic.displacement.to_float(), tissue_of(scene)));
   }
 }
 
@@ -347,7 +348,7 @@ bool Judge::measure_field(Judged& row, const ReferenceField& field) const {
   }
   // The fixed point obeys the maximum principle; candidates may go a step beyond, no field of use goes twice
   // as far.
-  if (const double largest = largest_component(rounded); largest > 2.0 * largest_ + 1.0) {
+  if (const double largest = largest_component(rounded, tissue_of(scene_)); largest > 2.0 * largest_ + 1.0) {
     row.fail(JudgedStatus::failed,
              fmt::format("diverged: up to {:.3g} px, where no known displacement is above {:.3g} px", largest,
                          largest_));
