@@ -261,21 +261,30 @@ private:
   std::int32_t count_ = 0;
 };
 
-/// One part of the load. False where Newton's method ends nowhere.
+/// One part of the load. False where Newton's method ends nowhere, or in a balance that the body would leave.
 bool balance(const Body& body, double load, ReferenceField& displacement) {
-  constexpr int most = 60;
+  constexpr int most = 100;
   std::optional<System> now = body.system(displacement, load);
   for (int step = 0; now && step < most; ++step) {
-    const std::optional<Eigen::VectorXd> way = solve_symmetric(now->lower, now->missing);
+    std::optional<Eigen::VectorXd> way = solve_symmetric(now->lower, now->missing);
+    const bool is_stable = way.has_value();
+    if (!is_stable) { // on the way to a balance that is
+      way = solve_general(now->lower.selfadjointView<Eigen::Lower>(), now->missing);
+    }
     if (!way) {
       return false;
     }
+    // The body's energy falls along the way, as long as what is missing does not point back.
+    const double slope = way->dot(now->missing);
+    *way *= slope < 0.0 ? -1.0 : 1.0;
+    const auto is_far_enough = [&](const std::optional<System>& there) {
+      return there && std::abs(way->dot(there->missing)) <= 0.9 * std::abs(slope);
+    };
     double factor = 1.0;
     ReferenceField tried = displacement;
     body.move(*way, factor, tried);
     std::optional<System> there = body.system(tried, load);
-    while (factor > 1e-3 && (!there || there->missing.norm() > (1.0 - 0.1 * factor) * now->missing.norm()) &&
-           way->lpNorm<Eigen::Infinity>() > 1e-6) {
+    while (factor > 1e-3 && !is_far_enough(there) && way->lpNorm<Eigen::Infinity>() > 1e-6) {
       factor *= 0.5;
       tried = displacement;
       body.move(*way, factor, tried);
@@ -284,7 +293,7 @@ bool balance(const Body& body, double load, ReferenceField& displacement) {
     displacement = std::move(tried);
     now = std::move(there);
     if (factor == 1.0 && way->lpNorm<Eigen::Infinity>() < 1e-10) {
-      return now.has_value();
+      return is_stable && now.has_value();
     }
   }
   return false;

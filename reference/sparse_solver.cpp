@@ -44,7 +44,7 @@ std::optional<Eigen::VectorXd> solve_symmetric(const SparseMatrix& lower, const 
   Eigen::CholmodSupernodalLLT<SparseMatrix, Eigen::Lower> factorisation;
   factorisation.cholmod().print = 0; // it would print "not positive definite" itself
 #else
-  Eigen::SimplicialLDLT<SparseMatrix, Eigen::Lower, Eigen::AMDOrdering<std::int64_t>> factorisation;
+  Eigen::SimplicialLLT<SparseMatrix, Eigen::Lower, Eigen::AMDOrdering<std::int64_t>> factorisation;
 #endif
   return solve(factorisation, lower, right_side, lower.selfadjointView<Eigen::Lower>());
 }

@@ -11,7 +11,7 @@ namespace hdmbench {
 using SparseMatrix = Eigen::SparseMatrix<double, Eigen::ColMajor, std::int64_t>;
 
 // Direct factorisations: CHOLMOD's supernodal LL' and UMFPACK's LU where the build has them
-// (HDMBENCH_SUITESPARSE), else Eigen's simplicial LDL' and LU, several times slower on large images. Nothing
+// (HDMBENCH_SUITESPARSE), else Eigen's simplicial LL' and LU, several times slower on large images. Nothing
 // where the matrix is singular to working precision.
 
 /// Solves for a symmetric positive definite matrix, of which the lower triangle is given; nothing for any

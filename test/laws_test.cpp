@@ -312,6 +312,32 @@ Scene scene_of(Extent extent, const Case& one) {
   return scene;
 }
 
+/// A column that is held at one end and pressed at the other beyond what it bears bends until its end looks
+/// back: on the way there it has states that it would leave by itself.
+TEST(Laws, NewtonsMethodFollowsAColumnThatBends) {
+  const Extent extent{12, 4};
+  const std::size_t end = extent.index(extent.width - 1, 1);
+  const auto pressed = [&](double force, int parts) {
+    ElasticProblem column{.extent = extent,
+                          .modulus = std::vector<double>(extent.sites(), 1.0),
+                          .fixed = Planes<std::uint8_t>(extent),
+                          .prescribed = ReferenceField(extent),
+                          .force = ReferenceField(extent)};
+    for (int y = 0; y < extent.height; ++y) {
+      column.fixed[0][extent.index(0, y)] = column.fixed[1][extent.index(0, y)] = 1;
+      column.force[0][extent.index(extent.width - 1, y)] = -force;
+      column.force[1][extent.index(extent.width - 1, y)] = 0.1 * force;
+    }
+    return solve_large_strains(column, std::vector<double>(extent.sites()), 0.3, parts);
+  };
+  EXPECT_LT(pressed(0.005, 1)[1][end], 1.0) << "it bears that";
+  for (const double force : {0.02, 0.05, 0.2}) {
+    const ReferenceField bent = pressed(force, 1);
+    EXPECT_LT(bent[0][end], -8.0) << force;
+    EXPECT_LT(rmsd(bent, pressed(force, 8)), 1e-8) << force;
+  }
+}
+
 TEST(Laws, SolutionsAreThoseOfNewtonsMethod) {
   for (const Extent extent : {Extent{25, 23}, Extent{11, 9, 10}}) {
     for (const Case& one : cases()) {
