@@ -57,6 +57,14 @@ double contrast_of_steps(const Level& level) {
   return std::max(contrast_of_tissue(level), of_walls);
 }
 
+/// Returns the contrast that margins go by, of the moduli or what moves as late.
+double effective_contrast(const Level& level, bool is_cut) {
+  constexpr double of_void = 1e4;
+  constexpr double of_observations = 100.0; // what lies between them
+  const double here = is_cut ? of_void : has_springs(level) && !level.has_walls ? of_observations : 1.0;
+  return std::max(contrast_of_tissue(level), here);
+}
+
 } // namespace
 
 RemainingError::RemainingError(const Level& level)
@@ -71,8 +79,7 @@ RemainingError::RemainingError(const Level& level)
 
 LeftByCycles::LeftByCycles(const Level& level, double slowest)
     : slides_(level.has_walls), is_loose_(is_loose_in_walls(level)), is_cut_(is_cut_by_void(level)),
-      is_slender_(slenderness(level) > most_compact_by_laws),
-      contrast_(std::max(contrast_of_tissue(level), is_cut_ ? 1e4 : 1.0)),
+      is_slender_(slenderness(level) > most_compact_by_laws), contrast_(effective_contrast(level, is_cut_)),
       slowest_before_(contrast_ > 10.0 ? slowest : 1.0) {}
 
 } // namespace hdmbench
