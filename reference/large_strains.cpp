@@ -274,7 +274,8 @@ bool balance(const Body& body, double load, ReferenceField& displacement) {
     if (!way) {
       return false;
     }
-    // The body's energy falls along the way, as long as what is missing does not point back.
+    // Along the way the body's energy falls until what is missing points back. The norm of what is missing
+    // would not do: it rises where something slender turns.
     const double slope = way->dot(now->missing);
     *way *= slope < 0.0 ? -1.0 : 1.0;
     const auto is_far_enough = [&](const std::optional<System>& there) {
@@ -328,12 +329,12 @@ ReferenceField solve_large_strains(const ElasticProblem& problem, const std::vec
       }
     }
     if (!balance(body, load, displacement)) {
-      throw InputError(fmt::format(
-          "Newton's method does not come to an end at {:.2g} of what loads and displacements ask for, so "
-          "that there "
-          "is no truth to compare with: beyond that the scene may have no solution (`hdmbench run` says what "
-          "it finds, and where); smaller loads or displacements have one",
-          load));
+      throw InputError(fmt::format("Newton's method does not come to an end at {:.2g} of what loads and "
+                                   "displacements ask for, so that "
+                                   "there is no truth to compare with: beyond that the scene may have no "
+                                   "solution (`hdmbench run` says "
+                                   "what it finds, and where); smaller loads or displacements have one",
+                                   load));
     }
   }
   return displacement;

@@ -19,7 +19,7 @@ struct ReferenceFibres {
 /// a line of the kernels. `stiffening` has a number per node, as Level::stiffening. Where walls are, all
 /// of an element with a node in void (a modulus below 2^-24 of the stiffest) is
 /// void. `fibres`: null where there are none. Throws InputError as solve_finite_elements does, and where
-/// Newton's method does not come to an end.
+/// Newton's method does not come to an end, or to a balance that the body would leave.
 [[nodiscard]] ReferenceField solve_large_strains(const ElasticProblem& problem,
                                                  const std::vector<double>& stiffening, double poisson,
                                                  int parts, const ReferenceFibres* fibres = nullptr);
