@@ -330,10 +330,9 @@ ReferenceField solve_large_strains(const ElasticProblem& problem, const std::vec
     }
     if (!balance(body, load, displacement)) {
       throw InputError(fmt::format("Newton's method does not come to an end at {:.2g} of what loads and "
-                                   "displacements ask for, so that "
-                                   "there is no truth to compare with: beyond that the scene may have no "
-                                   "solution (`hdmbench run` says "
-                                   "what it finds, and where); smaller loads or displacements have one",
+                                   "displacements ask for, so that there is no truth to compare with: "
+                                   "beyond that the scene may have no solution (`hdmbench run` says what "
+                                   "it finds, and where); smaller loads or displacements have one",
                                    load));
     }
   }

@@ -317,7 +317,7 @@ Scene scene_of(Extent extent, const Case& one) {
 TEST(Laws, NewtonsMethodFollowsAColumnThatBends) {
   const Extent extent{12, 4};
   const std::size_t end = extent.index(extent.width - 1, 1);
-  const auto pressed = [&](double force, int parts) {
+  const auto pressed = [&](double force, int parts, double aside = 0.1) {
     ElasticProblem column{.extent = extent,
                           .modulus = std::vector<double>(extent.sites(), 1.0),
                           .fixed = Planes<std::uint8_t>(extent),
@@ -326,16 +326,21 @@ TEST(Laws, NewtonsMethodFollowsAColumnThatBends) {
     for (int y = 0; y < extent.height; ++y) {
       column.fixed[0][extent.index(0, y)] = column.fixed[1][extent.index(0, y)] = 1;
       column.force[0][extent.index(extent.width - 1, y)] = -force;
-      column.force[1][extent.index(extent.width - 1, y)] = 0.1 * force;
+      column.force[1][extent.index(extent.width - 1, y)] = aside * force;
     }
     return solve_large_strains(column, std::vector<double>(extent.sites()), 0.3, parts);
   };
   EXPECT_LT(pressed(0.005, 1)[1][end], 1.0) << "it bears that";
+  const ReferenceField straight = pressed(0.005, 1, 0.0);
+  EXPECT_NEAR(straight[1][end], -straight[1][extent.index(extent.width - 1, 2)], 1e-9);
+  EXPECT_THROW(pressed(0.02, 1, 0.0), InputError) << "straight it is in a balance that it would leave";
   for (const double force : {0.02, 0.05, 0.2}) {
     const ReferenceField bent = pressed(force, 1);
     EXPECT_LT(bent[0][end], -8.0) << force;
     EXPECT_LT(rmsd(bent, pressed(force, 8)), 1e-8) << force;
   }
+  EXPECT_LT(pressed(0.2, 1, 0.01)[0][end], -8.0)
+      << "it has to turn back from a state where it is nearly straight";
 }
 
 TEST(Laws, SolutionsAreThoseOfNewtonsMethod) {

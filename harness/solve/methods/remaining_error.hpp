@@ -195,8 +195,9 @@ private:
 
 /// The same of steps by laws of large strains, by the way that cycles would move the field: each moves it by
 /// so much of what the one before did. What moves last hardly shows in that series, tissue along its walls,
-/// teeth between void, what is soft beside what is a thousand times as stiff: there the smallest eigenvalue
-/// that conjugate gradients have met says more, as far as laws that are not linear let it.
+/// teeth between void, what is soft beside what is a thousand times as stiff, what lies between observations:
+/// there the smallest eigenvalue that conjugate gradients have met says more, as far as laws that are not
+/// linear let it.
 class LeftByCycles {
 public:
   /// Looks at a level, which is not read later. `slowest`: the smallest eigenvalue that was met before, on a
@@ -269,7 +270,7 @@ private:
   bool is_loose_; ///< is_loose_in_walls()
   bool is_cut_;   ///< is_cut_by_void()
   bool is_slender_;
-  double contrast_; ///< void counts as much softer
+  double contrast_; ///< of tissues; void and observations count for more
   double slowest_before_;
   std::vector<double> moved_;
   SmallestEigenvalue steps_;
