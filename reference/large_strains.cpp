@@ -261,14 +261,15 @@ private:
   std::int32_t count_ = 0;
 };
 
-/// One part of the load. False where Newton's method ends nowhere, or in a balance that the body would leave.
-bool balance(const Body& body, double load, ReferenceField& displacement) {
+/// One part of the load. False where Newton's method ends nowhere, or in a balance that the body would leave,
+/// or has to stray, over states that the body would leave or by part of a step, and may not.
+bool balance(const Body& body, double load, bool may_stray, ReferenceField& displacement) {
   constexpr int most = 100;
   std::optional<System> now = body.system(displacement, load);
   for (int step = 0; now && step < most; ++step) {
     std::optional<Eigen::VectorXd> way = solve_symmetric(now->lower, now->missing);
     const bool is_stable = way.has_value();
-    if (!is_stable) { // on the way to a balance that is
+    if (!is_stable && may_stray) { // on the way to a balance that is
       way = solve_general(now->lower.selfadjointView<Eigen::Lower>(), now->missing);
     }
     if (!way) {
@@ -290,6 +291,9 @@ bool balance(const Body& body, double load, ReferenceField& displacement) {
       tried = displacement;
       body.move(*way, factor, tried);
       there = body.system(tried, load);
+    }
+    if (factor < 1.0 && !may_stray) {
+      return false;
     }
     displacement = std::move(tried);
     now = std::move(there);
@@ -328,7 +332,7 @@ ReferenceField solve_large_strains(const ElasticProblem& problem, const std::vec
         std::ranges::transform(displacement[axis], way[axis], displacement[axis].begin(), std::plus<>());
       }
     }
-    if (!balance(body, load, displacement)) {
+    if (!balance(body, load, parts > 1, displacement)) {
       throw InputError(fmt::format("Newton's method does not come to an end at {:.2g} of what loads and "
                                    "displacements ask for, so that there is no truth to compare with: "
                                    "beyond that the scene may have no solution (`hdmbench run` says what "

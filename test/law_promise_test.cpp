@@ -160,7 +160,7 @@ TEST(LawPromise, IsKeptWhereObservationsPull) {
   for (std::uint64_t seed = 300; seed < 314; ++seed) {
     const Level level = pulled(seed % 2 == 0 ? Extent{40, 31} : Extent{14, 10, 11}, seed);
     const std::vector<double> stiffening(level.extent.sites());
-    const ReferenceField truth = solve_large_strains(elastic_problem(level), stiffening, poisson, 1);
+    const ReferenceField truth = solve_large_strains(elastic_problem(level), stiffening, poisson, 4);
     const auto session = test::find("openmp").open_elastic({.device = {}, .threads = 2});
     std::string line;
     for (const double asked : {0.3, 0.1, 0.05, 0.02, 0.01}) {

@@ -168,7 +168,7 @@ SolvedTruth find_large_strains(const Scene& scene) {
   }
   const ReferenceFibres fibres = has_fibres(full) ? fibres_of(full) : ReferenceFibres{};
   const std::vector<double> stiffening(full.law_parameter.values.begin(), full.law_parameter.values.end());
-  for (int parts = 1;; parts *= 8) { // of the load: Newton's method ends or does not, and where is the same
+  for (int parts = 1;; parts *= 8) { // of the load
     try {
       SolvedTruth truth;
       truth.displacement = timed(truth.seconds, [&] {
