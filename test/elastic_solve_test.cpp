@@ -250,6 +250,13 @@ TEST(ElasticConditions, AFreePartIsAnErrorThatSaysWhere) {
   EXPECT_NE(refusal(joined), "accepted") << "two void pixels between";
   joined.modulus.values[joined.extent.index(6, 8)] = 10.0F;
   EXPECT_EQ(refusal(joined), "accepted") << "one";
+  Level diagonal = island(1e-7F);
+  for (int x = 2; x < 7; ++x) {
+    diagonal.modulus.values[diagonal.extent.index(x, 11)] = 10.0F;
+  }
+  EXPECT_EQ(refusal(diagonal), "accepted") << "one, at a corner of both";
+  diagonal.modulus.values[diagonal.extent.index(6, 11)] = 1e-7F;
+  EXPECT_NE(refusal(diagonal), "accepted") << "two";
 }
 
 } // namespace

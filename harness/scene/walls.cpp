@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdint>
 #include <cstdlib>
 #include <numbers>
 #include <numeric>
@@ -80,7 +81,7 @@ public:
   /// Normals look `radius` pixels far.
   Surroundings(const std::vector<bool>& beyond, const std::vector<bool>& shape, Extent extent,
                const std::array<double, 3>& step, double radius)
-      : beyond_(beyond), shape_(shape), extent_(extent), step_(step) {
+      : beyond_(beyond), shape_(shape.begin(), shape.end()), extent_(extent), step_(step) {
     std::array<int, 3> every{1, 1, 1};
     for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
       const int sites = static_cast<int>(std::max(1.0, radius / step[axis]));
@@ -141,8 +142,9 @@ public:
         std::size_t there =
             is_inside ? site + static_cast<std::size_t>(seen.offset) : index_of(place, seen.steps);
         there = there != outside ? there : along_wall(place, seen.way, before);
-        if (shape_[there]) {
-          add(seen.weighted, found);
+        const double share = shape_[there]; // 0 or 1; to ask which would stop the processor at every rim
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          found[axis] += share * seen.weighted[axis];
         }
       }
       found = unit(found);
@@ -160,11 +162,6 @@ private:
   };
   static constexpr std::size_t outside = static_cast<std::size_t>(-1);
 
-  static void add(const Direction& way, Direction& sum) {
-    for (std::size_t axis = 0; axis < 3; ++axis) {
-      sum[axis] += way[axis];
-    }
-  }
   [[nodiscard]] std::size_t index_of(const std::array<int, 3>& place, const std::array<int, 3>& steps) const {
     const std::array<int, 3> there{place[0] + steps[0], place[1] + steps[1], place[2] + steps[2]};
     for (std::size_t axis = 0; axis < 3; ++axis) {
@@ -218,7 +215,7 @@ private:
   }
 
   const std::vector<bool>& beyond_;
-  const std::vector<bool>& shape_;
+  std::vector<std::uint8_t> shape_; ///< bytes: a normal asks for thousands of them
   Extent extent_;
   std::array<double, 3> step_;
   std::array<int, 3> reach_{};

@@ -16,6 +16,7 @@
 #include <numeric>
 #include <optional>
 #include <string>
+#include <utility>
 
 namespace hdmbench {
 
@@ -220,37 +221,62 @@ struct TissueParts {
   [[nodiscard]] const Part& of(std::size_t site) { return found.at(sets.of(site)); }
 };
 
+/// Joins the sites of each cell that has one of this modulus or more. Returns which sites are of such cells.
+std::vector<std::uint8_t> join_cells(const Level& level, float least, Parts& parts) {
+  const Extent extent = level.extent;
+  std::vector<std::uint8_t> joined(extent.sites());
+  const auto width = static_cast<std::size_t>(extent.width);
+  const Extent rows{1, extent.height - 1, std::max(extent.depth - 1, 1)};
+  for_each_site(rows, [&](int, int y, int z) { // in an image each row of a cell's four twice
+    const int back = extent.depth > 1 ? z + 1 : z;
+    const std::array<std::size_t, 4> row{extent.index(0, y, z), extent.index(0, y + 1, z),
+                                         extent.index(0, y, back), extent.index(0, y + 1, back)};
+    const auto has_tissue = [&](std::size_t x) {
+      return std::ranges::any_of(row,
+                                 [&](std::size_t first) { return level.modulus.values[first + x] >= least; });
+    };
+    const auto join = [&](std::size_t own, std::size_t x) {
+      for (const std::size_t first : row) {
+        parts.join(own, first + x);
+        joined[first + x] = 1;
+      }
+    };
+    bool before = has_tissue(0);
+    bool is_joined = false; // whether the cell before has joined the four sites that the two share
+    for (std::size_t x = 1; x < width; ++x) {
+      const bool here = has_tissue(x);
+      if ((before || here) && !is_joined) {
+        join(row[0] + x - 1, x - 1);
+      }
+      if (before || here) {
+        join(row[0] + x - 1, x);
+      }
+      is_joined = before || here;
+      before = here;
+    }
+  });
+  return joined;
+}
+
 /// Returns those that sites of less than this modulus cut off. Sites next to each other, diagonally too, are
 /// one part, and so are those with a single softer one between them: they share a site of a cell.
 TissueParts parts_of(const Level& level, float least) {
-  const std::vector<float>& modulus = level.modulus.values;
   const Extent extent = level.extent;
   TissueParts result{.sets = Parts(extent.sites())};
-  Parts& parts = result.sets;
-  std::vector<std::uint8_t> in_tissue(extent.sites()); // a site of a cell that is not all void
-  const Extent cells{extent.width - 1, extent.height - 1, std::max(extent.depth - 1, 1)};
-  for_each_site(cells, [&](int x, int y, int z) {
-    std::array<std::size_t, 8> corners{};
-    for (std::size_t corner = 0; corner < 8; ++corner) { // in an image each of four twice
-      const auto bit = [&](std::size_t axis) { return static_cast<int>(corner >> axis & 1); };
-      corners[corner] = extent.index(x + bit(0), y + bit(1), extent.depth > 1 ? z + bit(2) : 0);
-    }
-    if (std::ranges::any_of(corners, [&](std::size_t at) { return modulus[at] >= least; })) {
-      for (const std::size_t at : corners) {
-        parts.join(corners[0], at);
-        in_tissue[at] = 1;
-      }
-    }
-  });
+  const std::vector<std::uint8_t> in_tissue = join_cells(level, least, result.sets);
+  std::pair<std::size_t, Part*> last{0, nullptr}; // most sites are of the part of the one before
   for_each_site(extent, [&](int x, int y, int z) {
     const std::size_t at = extent.index(x, y, z);
     if (in_tissue[at] != 0) {
-      Part& part = result.found[parts.of(at)];
+      if (const std::size_t first = result.sets.of(at); last.second == nullptr || first != last.first) {
+        last = {first, &result.found[first]};
+      }
+      Part& part = *last.second;
       part.hold.add(level, x, y, z, least_holding);
       if (level.has_walls) {
         part.walls.add(level, {x, y, z});
       }
-      if (modulus[at] >= least) {
+      if (level.modulus.values[at] >= least) {
         part.add_tissue({x, y, z});
       }
     }

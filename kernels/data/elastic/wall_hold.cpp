@@ -11,6 +11,22 @@ namespace hdmbench {
 void WallHold::add(const Level& level, std::array<int, 3> place) {
   const std::size_t axes = level.extent.axes();
   const std::size_t at = level.extent.index(place[0], place[1], place[2]);
+  const auto entry = [&](std::size_t a, std::size_t b) {
+    return double{level.walls[symmetric_entry(axes, a, b)][at]};
+  };
+  const auto is_known = [&](std::size_t axis) {
+    return level.confidence[axis][at] > 0.0F ||
+           (!level.springs.empty() && level.springs[symmetric_entry(axes, axis, axis)][at] > 0.0F);
+  };
+  bool knows_any = false;
+  double stiffness = 0.0;
+  for (std::size_t axis = 0; axis < axes; ++axis) {
+    stiffness += entry(axis, axis);
+    knows_any = knows_any || is_known(axis);
+  }
+  if (!knows_any && !(stiffness > 0.0)) {
+    return;
+  }
   std::array<double, 3> way{}; // from the middle, in parts of the image: all six are of about the same size
   for (std::size_t axis = 0; axis < axes; ++axis) {
     const double middle = 0.5 * (level.extent.sides()[axis] - 1);
@@ -22,21 +38,12 @@ void WallHold::add(const Level& level, std::array<int, 3> place) {
     rows[axis][3 + (axis + 1) % 3] = way[(axis + 2) % 3];
     rows[axis][3 + (axis + 2) % 3] = -way[(axis + 1) % 3];
   }
-  const auto entry = [&](std::size_t a, std::size_t b) {
-    return double{level.walls[symmetric_entry(axes, a, b)][at]};
-  };
-  bool is_known = false;
-  double stiffness = 0.0;
   for (std::size_t axis = 0; axis < axes; ++axis) {
-    stiffness += entry(axis, axis);
-    const bool is_observed =
-        !level.springs.empty() && level.springs[symmetric_entry(axes, axis, axis)][at] > 0.0F;
-    if (level.confidence[axis][at] > 0.0F || is_observed) {
-      is_known = true;
+    if (is_known(axis)) {
       add_product(rows[axis], rows[axis], 1.0, known_);
     }
   }
-  for (std::size_t a = 0; a < axes && !is_known && stiffness > 0.0; ++a) {
+  for (std::size_t a = 0; a < axes && !knows_any; ++a) {
     add_product(rows[a], rows[a], 1.0, motion_);
     for (std::size_t b = 0; b < axes; ++b) {
       add_product(rows[a], rows[b], entry(a, b) / stiffness, across_);
