@@ -11,6 +11,7 @@
 #include <cstring>
 #include <filesystem>
 #include <fstream>
+#include <functional>
 #include <map>
 #include <regex>
 #include <sstream>
@@ -66,6 +67,16 @@ Call called = nullptr;
 void** given = nullptr;
 constexpr size_t stack_bytes = 256 * 1024;
 
+/// Where kernels are kept once they are compiled: many processes of a test ask for the same ones.
+std::filesystem::path cache() {
+  const char* const home = std::getenv("XDG_CACHE_HOME");
+  const std::filesystem::path folder =
+      (home != nullptr ? std::filesystem::path(home) : std::filesystem::temp_directory_path()) /
+      "cuda-stand-in";
+  std::filesystem::create_directories(folder);
+  return folder;
+}
+
 void begin_thread() {
   called(given);
   ended[running] = true;
@@ -101,31 +112,36 @@ int nvrtcCompileProgram(void* program, int count, const char* const* options) {
     fuses = fuses &&
             (std::getenv("CUDA_STAND_IN_FUSES") != nullptr || std::strcmp(options[i], "--fmad=false") != 0);
   }
-  char folder[] = "/tmp/cuda-stand-in-XXXXXX";
-  if (mkdtemp(folder) == nullptr) {
-    return 1;
-  }
-  const std::string path = folder;
   std::string text = host + made.text;
   const std::regex name(R"(\bkernel\b[^;{}]*?void\s+(\w+)\()");
-  std::string calls;
   for (std::sregex_iterator i(made.text.begin(), made.text.end(), name), end; i != end; ++i) {
-    calls += "\nextern \"C\" void standin_call_" + (*i)[1].str() + "(void** p) { standin_call(&" +
-             (*i)[1].str() + ", p); }\n";
+    text += "\nextern \"C\" void standin_call_" + (*i)[1].str() + "(void** p) { standin_call(&" +
+            (*i)[1].str() + ", p); }\n";
   }
-  std::ofstream(path + "/kernel.cpp") << text << calls;
-  const std::string command = "g++ -std=c++17 -march=x86-64-v3 -w -fPIC -shared " +
-                              std::string(fuses ? "-O2 -ffp-contract=fast" : "-O1 -ffp-contract=off") +
-                              " -o " + path + "/kernel.so " + path + "/kernel.cpp 2> " + path + "/log";
+  const std::string flags = std::string("-std=c++17 -march=x86-64-v3 -w -fPIC -shared ") +
+                            (fuses ? "-O2 -ffp-contract=fast" : "-O1 -ffp-contract=off");
+  const std::filesystem::path kept =
+      cache() / (std::to_string(std::hash<std::string>()(__VERSION__ + flags + text)) + ".so");
+  made.ptx = kept;
+  if (std::filesystem::exists(kept)) {
+    return 0;
+  }
+  std::string folder = cache() / "XXXXXX";
+  if (mkdtemp(folder.data()) == nullptr) {
+    return 1;
+  }
+  std::ofstream(folder + "/kernel.cpp") << text;
+  const std::string command =
+      "g++ " + flags + " -o " + folder + "/kernel.so " + folder + "/kernel.cpp 2> " + folder + "/log";
   const int status = std::system(command.c_str());
-  std::ifstream log(path + "/log");
+  std::ifstream log(folder + "/log");
   std::stringstream words;
   words << log.rdbuf();
   made.log = words.str();
-  made.ptx = path + "/kernel.so";
-  if (status != 0) {
-    std::filesystem::remove_all(path);
+  if (status == 0) {
+    std::filesystem::rename(folder + "/kernel.so", kept);
   }
+  std::filesystem::remove_all(folder);
   return status == 0 ? 0 : 6;
 }
 int nvrtcGetProgramLogSize(void* program, size_t* size) {
@@ -218,9 +234,7 @@ int cuMemsetD32Async(unsigned long long to, unsigned value, size_t count, void*)
   return 0;
 }
 int cuModuleLoadData(void** module, const void* image) {
-  const std::filesystem::path file = static_cast<const char*>(image);
-  *module = dlopen(file.c_str(), RTLD_NOW | RTLD_LOCAL);
-  std::filesystem::remove_all(file.parent_path());
+  *module = dlopen(static_cast<const char*>(image), RTLD_NOW | RTLD_LOCAL);
   if (*module == nullptr) {
     std::fprintf(stderr, "%s\n", dlerror());
   }
