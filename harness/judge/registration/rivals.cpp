@@ -70,9 +70,9 @@ VectorField given_outside(const Scene& scene, const PlantedPair& pair, bool look
   given.full.target = pair.truth;
   given.full.confidence = VectorField(scene.extent());
   for (std::size_t site = 0; site < scene.extent().sites(); ++site) {
-    const float known = pair.region.values[site] == 0.0F ? 1.0F : 0.0F;
-    given.full.confidence[0][site] = known;
-    given.full.confidence[1][site] = known;
+    const float confidence = pair.region.values[site] == 0.0F ? 1.0F : 0.0F;
+    given.full.confidence[0][site] = confidence;
+    given.full.confidence[1][site] = confidence;
   }
   if (looks_different) {
     blend_moduli(given.full.modulus, pair.region, 0.05F); // as Algorithm 6 does
