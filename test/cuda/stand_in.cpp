@@ -131,8 +131,7 @@ int nvrtcCompileProgram(void* program, int count, const char* const* options) {
     return 1;
   }
   std::ofstream(folder + "/kernel.cpp") << text;
-  const std::string command =
-      "g++ " + flags + " -o " + folder + "/kernel.so " + folder + "/kernel.cpp 2> " + folder + "/log";
+  const std::string command = "cd '" + folder + "' && g++ " + flags + " -o kernel.so kernel.cpp 2> log";
   const int status = std::system(command.c_str());
   std::ifstream log(folder + "/log");
   std::stringstream words;
