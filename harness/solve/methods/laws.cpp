@@ -40,6 +40,11 @@ constexpr int most_parts = 8;
 /// For a motion in which a body buckles, where it has found its balance and where it has found none.
 constexpr int most_steps_to_buckling = 6;
 constexpr int most_steps_without_end = 30;
+/// An image is taken to stay in its balance where that of half as many sites a side does, or of a quarter
+/// where moduli differ by no more than this, so that nothing in it is thinner than it is itself.
+constexpr double pixel_of_half = 3.0; ///< with a margin, as sides may be odd
+constexpr double pixel_of_quarter = 5.0;
+constexpr double even_moduli = 10.0;
 /// Larger turns are said where there is no end, degrees: beyond about 120 few were seen.
 constexpr double large_turn = 100.0;
 
@@ -85,6 +90,10 @@ public:
   VectorField solve(const Level& level, double pixel, double accuracy, int steps) {
     std::optional<VectorField> start;
     bool is_nested = false;
+    if (pixel == 1.0) {
+      const ModulusRange moduli = modulus_range(level.modulus);
+      is_even_ = moduli.stiffest <= even_moduli * moduli.softest;
+    }
     if (const std::optional<Half> half = half_of(level)) {
       VectorField coarse = solve(half->level, pixel * half->pixel, accuracy_of_starts, steps_of_starts);
       start = in_other_pixels(prolongate(coarse, level.extent, sampled_alignment), half->pixel, 1.0);
@@ -203,15 +212,17 @@ private:
     return shares;
   }
 
-  /// An image is taken to stay in its balance where that of half as many sites a side does.
   void look_for_buckling(const Level& level, LawSolver& solver, double pixel, bool is_nested) {
     const bool has_end = solver.why().empty();
     if (solver.gave_way_at()) {
       gave_way_at_ = share_of(level.extent, *solver.gave_way_at());
     }
     if (pixel != 1.0) {
-      constexpr double of_half = 3.0;
-      may_buckle_ = pixel < of_half && (!has_end || solver.site_that_buckles(most_steps_to_buckling));
+      if (pixel < pixel_of_half) {
+        may_buckle_ = !has_end || (may_buckle_ && solver.site_that_buckles(most_steps_to_buckling));
+      } else if (pixel < pixel_of_quarter && is_even_) {
+        may_buckle_ = solver.site_that_buckles(most_steps_to_buckling).has_value();
+      }
       return;
     }
     if (!has_end || !is_nested || may_buckle_) {
@@ -245,8 +256,9 @@ private:
   std::optional<std::size_t> buckles_at_;
   std::optional<std::array<double, 3>> gave_way_at_; ///< in shares of the sides
   std::optional<LocalRotation::Turn> turn_;
-  bool may_buckle_ = false; ///< by the last image
-  double slowest_ = 1.0;    ///< the smallest eigenvalue that the last image has met
+  bool is_even_ = false;   ///< its moduli: nothing is thinner than the image itself
+  bool may_buckle_ = true; ///< by the last image that was looked at
+  double slowest_ = 1.0;   ///< the smallest eigenvalue that the last image has met
 };
 
 /// Returns the place of a site, for messages, which is one of a part of the level.

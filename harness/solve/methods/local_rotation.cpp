@@ -16,8 +16,10 @@ namespace hdmbench {
 
 namespace {
 
-constexpr int nodes_a_side = 40; ///< at most, and one
-constexpr double reach = 0.05;   ///< of each of two means, one of the other, to each side, in longest sides
+constexpr int nodes_a_side = 40;  ///< at most twice as many
+constexpr int nodes_to_look = 16; ///< at most, and one: where tissue hardly turns they cost little
+constexpr double worth_a_look = 0.75;
+constexpr double reach = 0.05; ///< of each of two means, one of the other, to each side, in longest sides
 /// Between nodes that turn against each other there is no rotation.
 constexpr float least_determinant = 0.25F;
 /// Turns below do not matter, degrees. Where the axes of walls stay and those beside them turn, cycles take
@@ -157,32 +159,36 @@ std::vector<Eigen::Matrix3d> mean_gradients(const Level& level, const VectorFiel
 
 } // namespace
 
-LocalRotation::LocalRotation(const Level& level)
-    : level_(&level), stride_(std::max(longest_side(level.extent) / nodes_a_side, 1)) {
+LocalRotation::LocalRotation(const Level& level, const VectorField& displacement, int stride)
+    : level_(&level), stride_(stride) {
   const auto nodes = [&](int sites) { return (sites - 2 + stride_) / stride_ + 1; };
   nodes_ = {nodes(level.extent.width), nodes(level.extent.height), nodes(level.extent.depth)};
-}
-
-std::optional<LocalRotation> LocalRotation::of(const Level& level, const VectorField& displacement) {
-  LocalRotation result(level);
-  for (const Eigen::Matrix3d& mean : mean_gradients(level, displacement, result.stride_, result.nodes_)) {
+  for (const Eigen::Matrix3d& mean : mean_gradients(level, displacement, stride_, nodes_)) {
     const Eigen::Matrix3d rotation = rotation_in(Eigen::Matrix3d::Identity() + mean);
     const double degrees =
         std::acos(std::clamp(0.5 * (rotation.trace() - 1.0), -1.0, 1.0)) * 180.0 / std::numbers::pi;
-    if (degrees > result.largest_.degrees) {
-      const std::array<int, 3> node = result.nodes_.coordinates(result.rotations_.size());
+    if (degrees > largest_.degrees) {
+      const std::array<int, 3> node = nodes_.coordinates(rotations_.size());
       const auto site = [&](std::size_t axis) {
-        return std::min(node.at(axis) * result.stride_, level.extent.sides()[axis] - 1);
+        return std::min(node.at(axis) * stride_, level.extent.sides()[axis] - 1);
       };
-      result.largest_ = {.degrees = degrees, .site = level.extent.index(site(0), site(1), site(2))};
+      largest_ = {.degrees = degrees, .site = level.extent.index(site(0), site(1), site(2))};
     }
-    Eigen::Map<Eigen::Matrix3f>(result.rotations_.emplace_back().data()) = rotation.cast<float>();
+    Eigen::Map<Eigen::Matrix3f>(rotations_.emplace_back().data()) = rotation.cast<float>();
   }
+}
+
+std::optional<LocalRotation> LocalRotation::of(const Level& level, const VectorField& displacement) {
   const double least = level.has_walls ? least_turn_at_walls : least_turn;
-  if (result.largest_.degrees < least) {
+  const int longest = longest_side(level.extent);
+  const int stride = std::max(longest / nodes_a_side, 1);
+  const int to_look = (longest + nodes_to_look - 1) / nodes_to_look;
+  if (to_look > stride &&
+      LocalRotation(level, displacement, to_look).largest().degrees < worth_a_look * least) {
     return std::nullopt;
   }
-  return result;
+  LocalRotation result(level, displacement, stride);
+  return result.largest().degrees < least ? std::nullopt : std::optional(std::move(result));
 }
 
 void LocalRotation::apply(VectorField& vectors, bool back) const {

@@ -35,7 +35,7 @@ public:
   void turn_back(VectorField& vectors) const { apply(vectors, true); }
 
 private:
-  explicit LocalRotation(const Level& level);
+  LocalRotation(const Level& level, const VectorField& displacement, int stride);
   void apply(VectorField& vectors, bool back) const;
 
   const Level* level_;
