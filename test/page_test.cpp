@@ -168,6 +168,21 @@ TEST_F(Page, RefusesADocumentThatIsTooDeep) {
 
 const Path committed = Path(HDMBENCH_SOURCE) / "reports/amd-epyc-llvmpipe";
 
+TEST(Committed, AFolderIsOfOneMachineAndNamesNoFolderOfIt) {
+  std::map<std::string, std::set<std::string>> machines;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(HDMBENCH_SOURCE "/reports")) {
+    if (entry.path().extension() != ".json") {
+      continue;
+    }
+    const json context = test::read_json(entry.path()).at("context");
+    machines[entry.path().parent_path().string()].insert(context.at("machine"));
+    EXPECT_THAT(context.at("arguments").get<std::string>(), Not(ContainsRegex("(^|[ =])[/~]")))
+        << entry.path();
+  }
+  EXPECT_THAT(machines, AllOf(testing::SizeIs(testing::Ge(4U)),
+                              testing::Each(testing::Pair(testing::_, testing::SizeIs(1U)))));
+}
+
 /// A page in a browser of 1000 x 800 pixels.
 class PageInBrowser : public Page {
 protected:
