@@ -41,7 +41,8 @@ constexpr int most_parts = 8;
 constexpr int most_steps_to_buckling = 6;
 constexpr int most_steps_without_end = 30;
 /// An image is taken to stay in its balance where that of half as many sites a side does, or of a quarter
-/// where moduli differ by no more than this, so that nothing in it is thinner than it is itself.
+/// where moduli differ by no more than this and none has fibres, so that nothing in it is thinner than it is
+/// itself.
 constexpr double pixel_of_half = 3.0; ///< with a margin, as sides may be odd
 constexpr double pixel_of_quarter = 5.0;
 constexpr double even_moduli = 10.0;
@@ -92,7 +93,7 @@ public:
     bool is_nested = false;
     if (pixel == 1.0) {
       const ModulusRange moduli = modulus_range(level.modulus);
-      is_even_ = moduli.stiffest <= even_moduli * moduli.softest;
+      is_even_ = !has_fibres(level) && moduli.stiffest <= even_moduli * moduli.softest;
     }
     if (const std::optional<Half> half = half_of(level)) {
       VectorField coarse = solve(half->level, pixel * half->pixel, accuracy_of_starts, steps_of_starts);
