@@ -3,6 +3,7 @@
 #include "backends/shared/stopwatch.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/level_parts.hpp"
+#include "harness/solve/methods/buckling.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/laws.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
@@ -254,12 +255,13 @@ private:
     return in_other_pixels(std::move(solution.displacement), pixel, 1.0);
   }
 
-  /// Whether no cell of the image is turned over or nearly so by what was interpolated.
-  bool keeps_cells(const VectorField& displacement) {
+  /// Whether no cell of the image is turned over or nearly so by what was interpolated, and no layer pressed
+  /// until it may wrinkle.
+  bool keeps_shape(const VectorField& displacement) {
     VectorField forces;
     const LeastVolume least = LawForces(scene_.full, scene_.elastic)(displacement, forces);
     plan_.solution.least_volume = least.share;
-    return least.share >= least_of_linear;
+    return least.share >= least_of_linear && !place_that_may_wrinkle(scene_.full, displacement);
   }
 
   /// With a margin: the next step may take longer than the last one, and the field is to be read.
@@ -303,7 +305,7 @@ private:
                                                        due_to(interpolated.imposed.unknown, sampled))
                                           : unknown;
     if ((!no_time && !is_accurate(std::hypot(in_all, of_linear_))) || is_in_doubt_ ||
-        (has_laws(scene_.full) && !keeps_cells(interpolated.field))) {
+        (has_laws(scene_.full) && !keeps_shape(interpolated.field))) {
       return false;
     }
     plan_.solution.displacement = std::move(interpolated.field);

@@ -1,7 +1,6 @@
 #include "harness/solve/methods/law_solver.hpp"
 
 #include "backends/shared/stopwatch.hpp"
-#include "harness/solve/methods/buckling.hpp"
 #include "harness/solve/methods/laws.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
 #include "kernels/data/elastic/conditions.hpp"
@@ -283,7 +282,7 @@ void LawSolver::meet_conditions() {
   rotation_ = LocalRotation::of(level_, displacement_);
 }
 
-std::optional<std::size_t> LawSolver::site_that_buckles(int most) {
+std::optional<std::size_t> LawSolver::site_that_buckles(int most, int fewest) {
   return hdmbench::site_that_buckles(
       {.level = level_,
        .displacement = displacement_,
@@ -292,7 +291,7 @@ std::optional<std::size_t> LawSolver::site_that_buckles(int most) {
                              VectorField& residual) { residual_of(displacement, residual); },
        .correct = [this](const VectorField& residual,
                          VectorField& correction) { correct(residual, correction); }},
-      most);
+      most, fewest);
 }
 
 std::optional<LocalRotation::Turn> LawSolver::largest_turn() const {

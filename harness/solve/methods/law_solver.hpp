@@ -1,6 +1,7 @@
 #pragma once
 
 #include "backends/shared/elastic_session.hpp"
+#include "harness/solve/methods/buckling.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/local_rotation.hpp"
 #include "kernels/data/elastic/law_forces.hpp"
@@ -43,8 +44,8 @@ public:
   void iterate(double accuracy, int most);
 
   /// Returns the site around which the body would buckle out of the balance that iterate() has led to
-  /// (buckling.hpp), by at most so many steps; none where it was not seen to.
-  [[nodiscard]] std::optional<std::size_t> site_that_buckles(int most);
+  /// (buckling.hpp), by so many steps; none where it was not seen to.
+  [[nodiscard]] std::optional<std::size_t> site_that_buckles(int most, int fewest = fewest_steps_to_buckling);
   /// Returns around which site a step was last pushed on by the forces that it was to balance; none: never.
   [[nodiscard]] const std::optional<std::size_t>& gave_way_at() const { return gave_way_at_; }
   /// Returns how far tissue has turned at most, and around which site; none where it hardly has.

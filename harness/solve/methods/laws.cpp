@@ -37,8 +37,13 @@ constexpr double most_times_as_accurate = 16.0;
 /// How far around a cell a part of an image is solved by itself, pixels, and how many such parts.
 constexpr int reach_of_part = 20;
 constexpr int most_parts = 8;
+/// The same where layers may wrinkle, in images and volumes: a wave is 6 to 10 times as long as they are
+/// thick.
+constexpr int reach_of_wrinkles = 96;
+constexpr int reach_of_wrinkles_in_volumes = 32;
 /// For a motion in which a body buckles, where it has found its balance and where it has found none.
 constexpr int most_steps_to_buckling = 6;
+constexpr int steps_to_wrinkling = 12; ///< whose motion is short, and not soft until it pushes
 constexpr int most_steps_without_end = 30;
 /// An image is taken to stay in its balance where that of half as many sites a side does, or of a quarter
 /// where moduli differ by no more than this and none has fibres, so that nothing in it is thinner than it is
@@ -185,12 +190,7 @@ private:
   }
   /// Solves the part around a cell. False where nothing holds it.
   bool solve_part(const Level& level, std::size_t cell, VectorField& displacement) {
-    const std::array<int, 3> at = level.extent.coordinates(cell);
-    Box sites;
-    for (std::size_t axis = 0; axis < level.extent.axes(); ++axis) {
-      sites.first[axis] = std::max(at[axis] - reach_of_part, 0);
-      sites.end[axis] = std::min(at[axis] + reach_of_part + 2, level.extent.sides()[axis]);
-    }
+    const Box sites = sites_around(level.extent, level.extent.coordinates(cell), reach_of_part);
     const LevelPart part = held_part(level, sites, displacement);
     VectorField start = part_of(displacement, sites);
     try {
@@ -230,6 +230,39 @@ private:
       buckles_at_ = solver.site_that_buckles(has_end ? most_steps_to_buckling : most_steps_without_end);
     }
     turn_ = solver.largest_turn();
+    if (has_end && !buckles_at_ && !is_beyond_law(solver.least())) {
+      look_for_wrinkles(level, solver.displacement());
+    }
+  }
+  /// Only where layers are pressed far enough, and in the part of the image where they are so most. The
+  /// session then has the body of that part.
+  void look_for_wrinkles(const Level& level, const VectorField& displacement) {
+    const std::optional<std::array<int, 3>> place = place_that_may_wrinkle(level, displacement);
+    if (!place) {
+      return;
+    }
+    const Box sites = sites_around(
+        level.extent, *place, level.extent.axes() == 3 ? reach_of_wrinkles_in_volumes : reach_of_wrinkles);
+    const LevelPart part = held_part(level, sites, displacement);
+    VectorField start = part_of(displacement, sites);
+    LawSolver solver(part.level, model_, session_, &start, [](double, double, double) {});
+    solver.begin(std::move(start));
+    if (const auto site = solver.site_that_buckles(steps_to_wrinkling, steps_to_wrinkling)) {
+      std::array<int, 3> at = part.level.extent.coordinates(*site);
+      std::ranges::transform(at, sites.first, at.begin(), std::plus<>());
+      buckles_at_ = level.extent.index(at[0], at[1], at[2]);
+    }
+    add_times(solver);
+  }
+
+  /// Returns the sites up to so many from one.
+  static Box sites_around(Extent extent, const std::array<int, 3>& at, int reach) {
+    Box sites;
+    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+      sites.first[axis] = std::max(at.at(axis) - reach, 0);
+      sites.end[axis] = std::min(at.at(axis) + reach + 2, extent.sides()[axis]);
+    }
+    return sites;
   }
 
   void add_times(const LawSolver& solver) {
