@@ -3,6 +3,8 @@
 // straight.
 
 #include "harness/solve/methods/laws.hpp"
+#include "test/files.hpp"
+#include "test/program.hpp"
 #include "test/scenes.hpp"
 #include "test/sessions.hpp"
 
@@ -148,6 +150,23 @@ TEST(Buckling, OfAThinStiffLayerIsSaid) {
       EXPECT_EQ((found.failure + found.buckling).empty(), times < 1.0) << extent.text();
     }
   }
+}
+
+/// A flat film is the same on every sampled image, so that none tells.
+TEST(Buckling, OfALayerIsSaidWhereSampledImagesAgree) {
+  const test::TemporaryFolder folder;
+  const std::string scene = folder.write("film.toml", R"(
+title = "A film on a base"
+energy = "elastic"
+law = "neo-hookean"
+size = [310, 189]
+tissue = [{ label = 1, name = "base", modulus = 1.0 }, { label = 2, name = "film", modulus = 8.0 }]
+shape = [{ kind = "everything", label = 1 },
+         { kind = "rectangle", label = 2, centre = [0.5, 0.01], size = [1.1, 0.0212] }]
+condition = [{ where = "left", dx = 0.0 }, { where = "right", dx = -60.0 }, { where = "bottom", dy = 0.0 }]
+)");
+  const std::string run = "run " + scene + " --accuracy 0.1 --output " + folder.path().string();
+  test::expect_run(1, run, HasSubstr("the tissue buckles around x = "));
 }
 
 /// A column that is held at its foot and stands under its own weight: Greenhill's length.
