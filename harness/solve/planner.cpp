@@ -3,7 +3,6 @@
 #include "backends/shared/stopwatch.hpp"
 #include "harness/scene/method.hpp"
 #include "harness/solve/level_parts.hpp"
-#include "harness/solve/methods/buckling.hpp"
 #include "harness/solve/methods/elastic.hpp"
 #include "harness/solve/methods/laws.hpp"
 #include "harness/solve/methods/remaining_error.hpp"
@@ -255,13 +254,14 @@ private:
     return in_other_pixels(std::move(solution.displacement), pixel, 1.0);
   }
 
-  /// Whether no cell of the image is turned over or nearly so by what was interpolated, and no layer pressed
-  /// until it may wrinkle.
+  /// Whether no cell of the image is turned over or nearly so by what was interpolated, and no layer
+  /// wrinkles.
   bool keeps_shape(const VectorField& displacement) {
     VectorField forces;
     const LeastVolume least = LawForces(scene_.full, scene_.elastic)(displacement, forces);
     plan_.solution.least_volume = least.share;
-    return least.share >= least_of_linear && !place_that_may_wrinkle(scene_.full, displacement);
+    return least.share >= least_of_linear &&
+           !site_that_wrinkles(scene_.full, scene_.elastic, session_, displacement, plan_.solution);
   }
 
   /// With a margin: the next step may take longer than the last one, and the field is to be read.

@@ -86,6 +86,22 @@ bool is_beyond_law(const LeastVolume& least) {
   return least.share <= double{laws::neo_hookean::Laws<float>::least_volume};
 }
 
+/// Returns the sites up to so many from one.
+Box sites_around(Extent extent, const std::array<int, 3>& at, int reach) {
+  Box sites;
+  for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
+    sites.first[axis] = std::max(at.at(axis) - reach, 0);
+    sites.end[axis] = std::min(at.at(axis) + reach + 2, extent.sides()[axis]);
+  }
+  return sites;
+}
+
+/// Adds the time of a solver to that of a solution.
+void add_times(const LawSolver& solver, Solution& solution) {
+  solution.timings.add(solver.linear().timings());
+  solution.timings.compute += solver.seconds_of_forces();
+}
+
 /// A scene, image by image.
 class Nested {
 public:
@@ -198,7 +214,7 @@ private:
       solver.begin(std::move(start));
       solver.iterate(accuracy_of_starts, steps_of_starts);
       copy(sites, solver.displacement(), sites, displacement, all_of(level.extent));
-      add_times(solver);
+      add_times(solver, solution);
       return true;
     } catch (const InputError&) {
       return false;
@@ -231,50 +247,15 @@ private:
     }
     turn_ = solver.largest_turn();
     if (has_end && !buckles_at_ && !is_beyond_law(solver.least())) {
-      look_for_wrinkles(level, solver.displacement());
+      buckles_at_ = site_that_wrinkles(level, model_, session_, solver.displacement(), solution);
     }
-  }
-  /// Only where layers are pressed far enough, and in the part of the image where they are so most. The
-  /// session then has the body of that part.
-  void look_for_wrinkles(const Level& level, const VectorField& displacement) {
-    const std::optional<std::array<int, 3>> place = place_that_may_wrinkle(level, displacement);
-    if (!place) {
-      return;
-    }
-    const Box sites = sites_around(
-        level.extent, *place, level.extent.axes() == 3 ? reach_of_wrinkles_in_volumes : reach_of_wrinkles);
-    const LevelPart part = held_part(level, sites, displacement);
-    VectorField start = part_of(displacement, sites);
-    LawSolver solver(part.level, model_, session_, &start, [](double, double, double) {});
-    solver.begin(std::move(start));
-    if (const auto site = solver.site_that_buckles(steps_to_wrinkling, steps_to_wrinkling)) {
-      std::array<int, 3> at = part.level.extent.coordinates(*site);
-      std::ranges::transform(at, sites.first, at.begin(), std::plus<>());
-      buckles_at_ = level.extent.index(at[0], at[1], at[2]);
-    }
-    add_times(solver);
-  }
-
-  /// Returns the sites up to so many from one.
-  static Box sites_around(Extent extent, const std::array<int, 3>& at, int reach) {
-    Box sites;
-    for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
-      sites.first[axis] = std::max(at.at(axis) - reach, 0);
-      sites.end[axis] = std::min(at.at(axis) + reach + 2, extent.sides()[axis]);
-    }
-    return sites;
-  }
-
-  void add_times(const LawSolver& solver) {
-    solution.timings.add(solver.linear().timings());
-    solution.timings.compute += solver.seconds_of_forces();
   }
   void note(LawSolver& solver, const Level& level) {
     std::vector<LevelResult> levels = solver.linear().work();
     levels.front().residuals += solver.forces();
     std::ranges::reverse(levels);
     solution.levels.insert(solution.levels.end(), levels.begin(), levels.end());
-    add_times(solver);
+    add_times(solver, solution);
     const double largest = largest_component(solver.displacement());
     const ModulusRange moduli = modulus_range(level.modulus);
     const double contrast = has_springs(level) ? moduli.stiffest / moduli.softest : 1.0;
@@ -333,6 +314,29 @@ void say_what_is_wrong(const Level& level, const Box& part, const Nested& nested
 }
 
 } // namespace
+
+std::optional<std::size_t> site_that_wrinkles(const Level& level, const ElasticModel& model,
+                                              ElasticSession& session, const VectorField& displacement,
+                                              Solution& solution) {
+  const std::optional<std::array<int, 3>> place = place_that_may_wrinkle(level, displacement);
+  if (!place) {
+    return std::nullopt;
+  }
+  const int reach = level.extent.axes() == 3 ? reach_of_wrinkles_in_volumes : reach_of_wrinkles;
+  const Box sites = sites_around(level.extent, *place, reach);
+  const LevelPart part = held_part(level, sites, displacement);
+  VectorField start = part_of(displacement, sites);
+  LawSolver solver(part.level, model, session, &start, [](double, double, double) {});
+  solver.begin(std::move(start));
+  const auto site = solver.site_that_buckles(steps_to_wrinkling, steps_to_wrinkling);
+  add_times(solver, solution);
+  if (!site) {
+    return std::nullopt;
+  }
+  std::array<int, 3> at = part.level.extent.coordinates(*site);
+  std::ranges::transform(at, sites.first, at.begin(), std::plus<>());
+  return level.extent.index(at[0], at[1], at[2]);
+}
 
 LinearDistance distance_of_linear(const Level& level, const ElasticModel& model, const VectorField& solution,
                                   ElasticSolver& linear) {

@@ -5,7 +5,9 @@
 #include "harness/solve/progress.hpp"
 #include "harness/solve/solve.hpp"
 
+#include <cstddef>
 #include <functional>
+#include <optional>
 
 namespace hdmbench {
 
@@ -40,6 +42,14 @@ inline constexpr double least_of_linear = 0.2;
 /// what that solves has no meaning afterwards. Nothing but conditions may move the level.
 [[nodiscard]] LinearDistance distance_of_linear(const Level& level, const ElasticModel& model,
                                                 const VectorField& solution, ElasticSolver& linear);
+
+/// Returns the site around which a thin layer wrinkles under a displacement, as conjugate gradients see it on
+/// the part of the image where layers are pressed most (place_that_may_wrinkle()); none: nowhere. The session
+/// then has the body of that part, and the time is added to that of `solution`.
+[[nodiscard]] std::optional<std::size_t> site_that_wrinkles(const Level& level, const ElasticModel& model,
+                                                            ElasticSession& session,
+                                                            const VectorField& displacement,
+                                                            Solution& solution);
 
 /// Returns a displacement, given in pixels whose side is `from`, in such of the side `to`.
 [[nodiscard]] VectorField in_other_pixels(VectorField displacement, double from, double to);
