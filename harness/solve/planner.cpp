@@ -254,7 +254,7 @@ private:
     return in_other_pixels(std::move(solution.displacement), pixel, 1.0);
   }
 
-  /// Whether no cell of the image is turned over or nearly so by what was interpolated, and no layer
+  /// Returns whether no cell of the image is turned over or nearly so by what was interpolated, and no layer
   /// wrinkles.
   bool keeps_shape(const VectorField& displacement) {
     VectorField forces;

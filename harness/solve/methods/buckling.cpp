@@ -40,7 +40,7 @@ VectorField any_load(const Level& level) {
   return load;
 }
 
-/// A layer is thinner than this, pixels: half as many sites a side show thicker ones.
+/// A layer has at most so many pixels: half as many sites a side show thicker ones.
 constexpr int thin = 16;
 /// Its modulus is at least so many times that of the softer tissue.
 constexpr float least_contrast = 1.5F;
@@ -53,7 +53,7 @@ double wrinkling_strain(double soft_over_stiff) {
   return 0.25 * std::pow(3.0 * soft_over_stiff, 2.0 / 3.0);
 }
 
-/// What tissue may wrinkle.
+/// Knows the layers of a level that are thin, and softer tissue beside them.
 class Layers {
 public:
   explicit Layers(const Level& level) : level_(level), least_(void_modulus(level)) {
@@ -64,6 +64,7 @@ public:
     least_strain_ = looked_at_from * wrinkling_strain(softest_ / stiffest_);
   }
 
+  /// Returns whether a site is in a layer that is pressed far enough to be looked at.
   [[nodiscard]] bool may_wrinkle(const VectorField& displacement, const std::array<int, 3>& at) const {
     const float modulus = modulus_at(at);
     if (modulus < least_contrast * softest_ || modulus < least_) {
@@ -87,8 +88,8 @@ private:
     return level_.modulus.values[level_.extent.index(at[0], at[1], at[2])];
   }
 
-  /// The softest tissue on both sides of a layer that is thin along an axis; 0: it is not thin, or there is
-  /// none.
+  /// Returns the modulus of the softest tissue beside a layer that is thin along an axis; 0: it is not thin,
+  /// or there is none.
   [[nodiscard]] float softer_beside(const std::array<int, 3>& at, std::size_t axis) const {
     const float modulus = modulus_at(at);
     int thickness = 1;
@@ -109,7 +110,8 @@ private:
     return thickness <= thin ? softer : 0.0F;
   }
 
-  /// The largest strain that shortens the cell after a site; 0 at the last one, or too small for any layer.
+  /// Returns the largest strain that shortens the cell after a site; 0 at the last one, and where it is too
+  /// small for any layer.
   [[nodiscard]] double pressed_by(const VectorField& displacement, const std::array<int, 3>& at) const {
     const std::size_t site = level_.extent.index(at[0], at[1], at[2]);
     const std::array<std::size_t, 3> steps{1, level_.extent.index(0, 1), level_.extent.index(0, 0, 1)};

@@ -13,7 +13,7 @@ namespace hdmbench {
 /// Returns the site of tissue that moves most.
 [[nodiscard]] std::size_t farthest(const Level& level, const VectorField& motion);
 
-/// A body that buckles as a whole has shown it to be soft after so many steps.
+/// After so many steps a body that buckles as a whole has been met as soft.
 inline constexpr int fewest_steps_to_buckling = 4;
 
 /// What a body with laws of large strains does, as conjugate gradients know it.

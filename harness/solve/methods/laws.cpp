@@ -46,8 +46,8 @@ constexpr int most_steps_to_buckling = 6;
 constexpr int steps_to_wrinkling = 12; ///< whose motion is short, and not soft until it pushes
 constexpr int most_steps_without_end = 30;
 /// An image is taken to stay in its balance where that of half as many sites a side does, or of a quarter
-/// where moduli differ by no more than this and none has fibres, so that nothing in it is thinner than it is
-/// itself.
+/// where moduli differ by no more than this and no tissue has fibres: only site_that_wrinkles() then knows
+/// what is thinner than the image itself.
 constexpr double pixel_of_half = 3.0; ///< with a margin, as sides may be odd
 constexpr double pixel_of_quarter = 5.0;
 constexpr double even_moduli = 10.0;
@@ -86,7 +86,7 @@ bool is_beyond_law(const LeastVolume& least) {
   return least.share <= double{laws::neo_hookean::Laws<float>::least_volume};
 }
 
-/// Returns the sites up to so many from one.
+/// Returns the sites up to so many from the cell after a site.
 Box sites_around(Extent extent, const std::array<int, 3>& at, int reach) {
   Box sites;
   for (std::size_t axis = 0; axis < extent.axes(); ++axis) {
@@ -271,7 +271,7 @@ private:
   std::optional<std::size_t> buckles_at_;
   std::optional<std::array<double, 3>> gave_way_at_; ///< in shares of the sides
   std::optional<LocalRotation::Turn> turn_;
-  bool is_even_ = false;   ///< its moduli: nothing is thinner than the image itself
+  bool is_even_ = false;   ///< moduli differ by even_moduli at most
   bool may_buckle_ = true; ///< by the last image that was looked at
   double slowest_ = 1.0;   ///< the smallest eigenvalue that the last image has met
 };
